@@ -1,0 +1,9 @@
+//! nephroid renders caustics in real time.
+
+pub mod error;
+pub mod image_file;
+pub mod measure;
+pub mod reference;
+pub mod scene;
+
+pub use error::{Error, Result};

@@ -1,0 +1,168 @@
+//! Scenes as plain data: what a scene file says, checked, in SI units and radians.
+//!
+//! Right-handed, y up. Positions are `f64` so that a scene far from the origin keeps its shape;
+//! the renderer moves the origin into the scene before it goes to `f32`.
+
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Everything the renderer needs to know.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub camera: Camera,
+    pub lights: Vec<Light>,
+    pub materials: Vec<Material>,
+    pub objects: Vec<Object>,
+}
+
+/// Pinhole camera.
+#[derive(Debug, Clone)]
+pub struct Camera {
+    /// m
+    pub position: DVec3,
+    /// Point in the middle of the picture, m.
+    pub target: DVec3,
+    /// Vertical field of view, rad.
+    pub fov: f64,
+    /// The picture is multiplied by 2^exposure_ev before tone mapping.
+    pub exposure_ev: f64,
+}
+
+/// A distant light.
+#[derive(Debug, Clone)]
+pub struct Light {
+    pub name: String,
+    pub kind: LightKind,
+}
+
+#[derive(Debug, Clone)]
+pub enum LightKind {
+    /// A disc of constant radiance.
+    Sun {
+        /// Unit vector toward the light's centre.
+        direction: DVec3,
+        /// RGB irradiance on a plane that faces the light, W/m².
+        irradiance: DVec3,
+        /// rad; 0 is a point at infinity.
+        angular_radius: f64,
+    },
+    /// Radiance from every direction.
+    Environment {
+        map: Arc<EnvironmentMap>,
+        /// Factor on the map's radiance.
+        scale: f64,
+        /// Rotation about +y, rad: a direction at azimuth u of the map appears at u + rotation.
+        rotation: f64,
+    },
+}
+
+/// Equirectangular radiance image, W/m²/sr, rows from the zenith down:
+/// u = atan2(d.x, −d.z)/2π mod 1, v = acos(d.y)/π from the top row.
+#[derive(Debug, Clone)]
+pub struct EnvironmentMap {
+    pub width: u32,
+    pub height: u32,
+    /// `width * height` RGB values, all finite and ≥ 0.
+    pub radiance: Vec<[f32; 3]>,
+}
+
+/// What a surface does to light.
+#[derive(Debug, Clone)]
+pub struct Material {
+    pub name: String,
+    pub kind: MaterialKind,
+}
+
+#[derive(Debug, Clone)]
+pub enum MaterialKind {
+    /// Ideal specular reflection on the front face; the back face absorbs.
+    Mirror {
+        /// RGB, 0..=1.
+        reflectance: DVec3,
+    },
+    /// Lambertian BRDF albedo/π on the front face; the back face absorbs.
+    Diffuse {
+        /// RGB, 0..=1.
+        albedo: DVec3,
+    },
+}
+
+/// A surface with one material.
+#[derive(Debug, Clone)]
+pub struct Object {
+    pub name: String,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+    pub geometry: Geometry,
+    /// Texels (width, height) of the light map; only diffuse rects have one.
+    pub light_map: Option<[u32; 2]>,
+    /// Whether the surface casts shadows. The camera and mirrors see it in any case.
+    pub blocks_light: bool,
+}
+
+#[derive(Debug, Clone)]
+pub enum Geometry {
+    Mesh(Mesh),
+    Rect(Rect),
+}
+
+/// Triangles with a unit normal at every vertex, which is interpolated and normalised between
+/// them. The front face is the one seen counter-clockwise; vertex normals point to its side.
+#[derive(Debug, Clone, Default)]
+pub struct Mesh {
+    /// m
+    pub positions: Vec<DVec3>,
+    /// Unit vectors, as many as positions.
+    pub normals: Vec<DVec3>,
+    /// Indices of corners, counter-clockwise from the front.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Rectangle origin + u·edge_u + v·edge_v, u, v ∈ [0, 1]; front face toward edge_u × edge_v.
+#[derive(Debug, Clone, Copy)]
+pub struct Rect {
+    pub origin: DVec3,
+    /// Perpendicular to `edge_v`.
+    pub edge_u: DVec3,
+    pub edge_v: DVec3,
+}
+
+impl Rect {
+    /// Unit normal of the front face.
+    pub fn normal(&self) -> DVec3 {
+        self.edge_u.cross(self.edge_v).normalize()
+    }
+
+    /// m²
+    pub fn area(&self) -> f64 {
+        self.edge_u.cross(self.edge_v).length()
+    }
+
+    /// The two triangles.
+    pub fn to_mesh(&self) -> Mesh {
+        let (o, u, v) = (self.origin, self.edge_u, self.edge_v);
+        Mesh {
+            positions: vec![o, o + u, o + u + v, o + v],
+            normals: vec![self.normal(); 4],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+        }
+    }
+}
+
+impl Scene {
+    /// Index of the object called `name`.
+    pub fn object_index(&self, name: &str) -> Option<usize> {
+        self.objects.iter().position(|object| object.name == name)
+    }
+
+    /// The objects that carry a light map, as (index, rect, texels).
+    pub fn receivers(&self) -> impl Iterator<Item = (usize, &Rect, [u32; 2])> {
+        self.objects
+            .iter()
+            .enumerate()
+            .filter_map(|(index, object)| match (&object.geometry, object.light_map) {
+                (Geometry::Rect(rect), Some(texels)) => Some((index, rect, texels)),
+                _ => None,
+            })
+    }
+}
