@@ -1,1 +1,207 @@
-fn main(){}
+//! Compiles every shader in `glsl/` to optimised SPIR-V and writes a typed table of them, with
+//! the bindings, push-constant size, workgroup size and struct layouts read from the SPIR-V.
+//!
+//! The compiler is `glslc` (from `$GLSLC`, `$VULKAN_SDK/bin` or `PATH`), or the `shaderc` crate
+//! with the feature `bundled-shaderc`.
+
+use spirq::prelude::*;
+use spirq::ty::{DescriptorType, Type};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::exit;
+
+fn main() {
+    println!("cargo::rerun-if-changed=glsl");
+    println!("cargo::rerun-if-env-changed=GLSLC");
+    println!("cargo::rerun-if-env-changed=VULKAN_SDK");
+
+    let mut sources: Vec<PathBuf> = std::fs::read_dir("glsl")
+        .expect("the folder glsl exists")
+        .map(|entry| entry.expect("glsl can be listed").path())
+        .filter(|path| path.extension().is_some_and(|e| ["comp", "vert", "frag"].iter().any(|k| e == *k)))
+        .collect();
+    sources.sort();
+
+    let mut table = String::from("use super::{Binding, BindingKind, Shader, StructLayout};\n");
+    let mut layouts = BTreeMap::new();
+    let mut failed = false;
+    for source in &sources {
+        match compile(source) {
+            Ok(words) => describe(source, &words, &mut table, &mut layouts),
+            Err(messages) => {
+                failed = true;
+                for line in messages.lines() {
+                    println!("cargo::error={line}");
+                }
+            }
+        }
+    }
+    if failed {
+        exit(1);
+    }
+    writeln!(table, "/// Structs of the shaders' buffers as the SPIR-V lays them out.").unwrap();
+    writeln!(table, "pub static STRUCTS: &[StructLayout] = &[").unwrap();
+    for (name, (size, fields)) in layouts {
+        writeln!(table, "    StructLayout {{ name: {name:?}, size: {size}, fields: &{fields:?} }},").unwrap();
+    }
+    writeln!(table, "];").unwrap();
+    let out = Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
+    std::fs::write(out, table).expect("OUT_DIR is writable");
+}
+
+#[cfg(not(feature = "bundled-shaderc"))]
+fn compile(source: &Path) -> Result<Vec<u32>, String> {
+    let name = source.file_name().expect("a file").to_string_lossy().into_owned();
+    let output = Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join(name + ".spv");
+    let sdk = std::env::var_os("VULKAN_SDK").map(|sdk| Path::new(&sdk).join("bin/glslc"));
+    let glslc = std::env::var_os("GLSLC")
+        .map(PathBuf::from)
+        .or(sdk.filter(|path| path.exists()))
+        .unwrap_or_else(|| "glslc".into());
+    let run = std::process::Command::new(&glslc)
+        .args(["--target-env=vulkan1.3", "-O", "-g", "-Werror", "-I", "glsl/shared", "-o"])
+        .arg(&output)
+        .arg(source)
+        .output()
+        .map_err(|error| {
+            format!(
+                "the shader compiler {} does not start: {error}; install it (Debian: apt-get install glslc; \
+                 elsewhere the Vulkan SDK), or build with --features bundled-shaderc",
+                glslc.display()
+            )
+        })?;
+    if !run.status.success() {
+        return Err(String::from_utf8_lossy(&run.stderr).into_owned());
+    }
+    let bytes = std::fs::read(&output).map_err(|error| format!("{}: {error}", output.display()))?;
+    Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+}
+
+#[cfg(feature = "bundled-shaderc")]
+fn compile(source: &Path) -> Result<Vec<u32>, String> {
+    use shaderc::{
+        CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv,
+    };
+    let kind = match source.extension().and_then(|e| e.to_str()) {
+        Some("comp") => ShaderKind::Compute,
+        Some("vert") => ShaderKind::Vertex,
+        _ => ShaderKind::Fragment,
+    };
+    let text = std::fs::read_to_string(source).map_err(|e| format!("{}: {e}", source.display()))?;
+    let compiler = Compiler::new().map_err(|e| e.to_string())?;
+    let mut options = CompileOptions::new().map_err(|e| e.to_string())?;
+    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
+    options.set_optimization_level(OptimizationLevel::Performance);
+    options.set_generate_debug_info();
+    options.set_warnings_as_errors();
+    options.set_include_callback(|name, _, _, _| {
+        let path = Path::new("glsl/shared").join(name);
+        Ok(ResolvedInclude {
+            resolved_name: path.display().to_string(),
+            content: std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?,
+        })
+    });
+    compiler
+        .compile_into_spirv(&text, kind, &source.display().to_string(), "main", Some(&options))
+        .map(|artifact| artifact.as_binary().to_vec())
+        .map_err(|e| e.to_string())
+}
+
+type Layouts = BTreeMap<String, (usize, Vec<(String, usize)>)>;
+
+/// Appends the table entry of one shader.
+fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layouts) {
+    let file = source.file_name().expect("a file").to_string_lossy();
+    let entry = ReflectConfig::new()
+        .spv(words.to_vec())
+        .ref_all_rscs(false)
+        .combine_img_samplers(true)
+        .reflect()
+        .expect("the compiler's SPIR-V can be reflected")
+        .remove(0);
+
+    let mut bindings = Vec::new();
+    let mut push_bytes = 0;
+    for variable in &entry.vars {
+        match variable {
+            Variable::Descriptor { name, desc_bind, desc_ty, ty, .. } => {
+                assert_eq!(desc_bind.set(), 0, "{file}: one descriptor set a pipeline");
+                let kind = match desc_ty {
+                    DescriptorType::StorageBuffer(_) => "StorageBuffer",
+                    DescriptorType::StorageImage(_) => "StorageImage",
+                    DescriptorType::CombinedImageSampler() => "SampledImage",
+                    other => panic!("{file}: no support for the descriptor type {other:?}"),
+                };
+                let first_member = match ty {
+                    Type::Struct(block) => block.members[0].name.clone(),
+                    _ => None,
+                };
+                let name = name.clone().filter(|name| !name.is_empty()).or(first_member);
+                let name = name.unwrap_or_else(|| panic!("{file}: a binding without a name"));
+                bindings.push((desc_bind.bind(), name, kind));
+                note_structs(ty, layouts);
+            }
+            Variable::PushConstant { ty, .. } => {
+                push_bytes = ty.nbyte().expect("push constants have a size");
+                note_structs(ty, layouts);
+            }
+            _ => {}
+        }
+    }
+    bindings.sort();
+    let local_size = entry
+        .exec_modes
+        .iter()
+        .find(|mode| mode.exec_mode == spirq::spirv::ExecutionMode::LocalSize)
+        .or(entry.exec_modes.iter().find(|m| m.exec_mode == spirq::spirv::ExecutionMode::LocalSizeId))
+        .map_or([0; 3], |mode| {
+            let size = |i: usize| match mode.operands[i].value {
+                ConstantValue::U32(size) => size,
+                ref other => panic!("{file}: workgroup size {other:?}"),
+            };
+            [size(0), size(1), size(2)]
+        });
+
+    let constant = file.replace('.', "_").to_uppercase();
+    writeln!(table, "/// `glsl/{file}`").unwrap();
+    writeln!(
+        table,
+        "pub static {constant}: Shader = Shader {{ name: {file:?}, words: &{words:?}, bindings: &["
+    )
+    .unwrap();
+    for (index, name, kind) in bindings {
+        writeln!(table, "    Binding {{ index: {index}, name: {name:?}, kind: BindingKind::{kind} }},")
+            .unwrap();
+    }
+    writeln!(table, "], push_bytes: {push_bytes}, local_size: {local_size:?} }};").unwrap();
+}
+
+/// Collects the structs inside a buffer block or push-constant block.
+fn note_structs(ty: &Type, layouts: &mut Layouts) {
+    match ty {
+        Type::Struct(block) => {
+            let fields: Vec<_> = block
+                .members
+                .iter()
+                .map(|m| (m.name.clone().unwrap_or_default(), m.offset.unwrap_or(0)))
+                .collect();
+            for member in &block.members {
+                note_structs(&member.ty, layouts);
+            }
+            if let (Some(name), Some(size)) = (&block.name, ty.nbyte()) {
+                layouts.insert(name.clone(), (size, fields));
+            }
+        }
+        Type::Array(array) => {
+            note_structs(&array.element_ty, layouts);
+            if let (Type::Struct(element), Some(stride)) = (&*array.element_ty, array.stride)
+                && let Some(layout) = element.name.as_ref().and_then(|name| layouts.get_mut(name))
+            {
+                // Arrays know the padded size.
+                layout.0 = stride;
+            }
+        }
+        _ => {}
+    }
+}

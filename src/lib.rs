@@ -1,9 +1,11 @@
 //! nephroid renders caustics in real time.
 
 pub mod error;
+pub mod gpu;
 pub mod image_file;
 pub mod measure;
 pub mod reference;
+pub mod render;
 pub mod scene;
 
 pub use error::{Error, Result};

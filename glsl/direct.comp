@@ -1,0 +1,55 @@
+// direct: light that reaches the receivers without a mirror, averaged over the texels.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 2) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 3) readonly buffer Receivers { Receiver receivers[]; };
+layout(binding = 4) uniform sampler2D environment;
+layout(binding = 5, rgba32f) uniform writeonly image2D direct_map;
+layout(push_constant) uniform DirectPush {
+    uint receiver;
+    uint sun_count;      // 0 leaves the suns out
+    uint has_environment;
+    float rotation;
+    uint trace;
+} push;
+
+#include "trace.glsl"
+#include "optics.glsl"
+#include "receiver.glsl"
+#include "sampling.glsl"
+#include "environment.glsl"
+#include "lighting.glsl"
+
+// Points of a texel, each with its own ray to each sun.
+const uint SIDE = 4;
+const uint ENVIRONMENT_RAYS = 64;
+
+void main() {
+    Receiver receiver = receivers[push.receiver];
+    uvec2 texel = gl_GlobalInvocationID.xy;
+    if (texel.x >= receiver.width || texel.y >= receiver.height) return;
+    uvec2 place = texel + uvec2(receiver.tile_x, receiver.tile_y);
+    vec3 n = receiver.normal;
+    // Rays start a little off the plane, so that the receiver does not shade itself.
+    float lift = 1e-4 * sqrt(texel_area(receiver));
+    vec3 sum = vec3(0.0);
+    for (uint i = 0; i < SIDE * SIDE; i++) {
+        vec2 within = (vec2(i % SIDE, i / SIDE) + 0.5) / float(SIDE);
+        vec3 x = from_texels(receiver, vec2(place) + within) + lift * n;
+        // 7 i mod 16 spreads neighbouring points over the disc.
+        uint ray = 7 * i % (SIDE * SIDE);
+        for (uint sun = 0; sun < push.sun_count; sun++) {
+            sum += direct_sun(sun, x, n, NO_TRIANGLE, ray, 1, SIDE * SIDE, push.trace != 0) / float(SIDE * SIDE);
+        }
+    }
+    if (push.has_environment != 0) {
+        vec3 x = from_texels(receiver, vec2(place) + 0.5) + lift * n;
+        sum += direct_environment(x, n, NO_TRIANGLE, ENVIRONMENT_RAYS, push.rotation, push.trace != 0);
+    }
+    imageStore(direct_map, ivec2(place), vec4(sum, 0.0));
+}

@@ -1,0 +1,128 @@
+// pinhole: the paper's gather. Every patch is a pinhole camera: each texel looks the light up in
+// the direction that the patch mirrors to it, blurred by the patch's curvature
+// (Wand & Strasser 2003, sections 3.2 and 3.3).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
+layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
+layout(binding = 7) uniform sampler2D environment;
+layout(binding = 8, rgba32f) uniform image2D light_map;
+layout(push_constant) uniform PinholePush {
+    uint receiver;
+    uint first_patch;    // of this batch
+    uint batch_patches;
+    uint sun_count;
+    float epsilon;       // of the form factor, in squared patch diameters
+    float spread;        // variance of the filter over that of the patch; 0: no filter
+    float sharpest;      // largest exponent p
+    float rotation;      // of the environment
+    uint has_environment;
+    uint trace;
+} push;
+
+#include "trace.glsl"
+#include "optics.glsl"
+#include "receiver.glsl"
+#include "footprint.glsl"
+#include "environment.glsl"
+
+const float ALMOST = 0.9999;
+const int MOST_TAPS = 16;
+
+// Average radiance of the environment around w, by taps along the filter's long axis.
+vec3 filtered_environment(vec3 w, vec3 a, vec3 b, vec3 covariance) {
+    float middle = 0.5 * (covariance.x + covariance.z);
+    float radius = length(vec2(0.5 * (covariance.x - covariance.z), covariance.y));
+    float major = sqrt(max(middle + radius, 0.0));
+    float minor = sqrt(max(middle - radius, 0.0));
+    vec2 axis = abs(covariance.y) > 1e-12 * middle ? normalize(vec2(covariance.y, middle + radius - covariance.x))
+        : (covariance.x >= covariance.z ? vec2(1, 0) : vec2(0, 1));
+    // A box of height h has the deviation h / sqrt(12).
+    const float BOX = sqrt(12.0);
+    int taps = clamp(int(ceil(major / max(minor, 1e-6))), 1, MOST_TAPS);
+    float level = environment_level(BOX * max(minor, major / float(taps)));
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < taps; i++) {
+        float offset = ((float(i) + 0.5) / float(taps) - 0.5) * BOX * major;
+        vec3 direction = normalize(w + offset * (axis.x * a + axis.y * b));
+        sum += environment_radiance(direction, push.rotation, level);
+    }
+    return sum / float(taps);
+}
+
+// Irradiance at y (normal m) by way of one patch, W/m^2.
+vec3 gather(Patch p, vec3 y, vec3 m) {
+    vec3 n = normalize(p.normal);
+    vec3 geometric = cross(p.edge1, p.edge2);
+    vec3 to_receiver = y - p.position;
+    float square = dot(to_receiver, to_receiver);
+    float d = sqrt(square);
+    vec3 v = to_receiver / d;
+    float cos_x = dot(n, v);
+    float cos_y = -dot(m, v);
+    vec3 w = mirrored(v, n);
+    if (cos_x <= 0.0 || cos_y <= 0.0 || dot(geometric, v) <= 0.0 || dot(geometric, w) <= 0.0) return vec3(0.0);
+
+    // How w turns over the patch, seen from y, in two axes across w; its covariance.
+    vec3 a, b;
+    basis(w, a, b);
+    vec3 dv1 = normalize_change(to_receiver, -p.edge1);
+    vec3 dv2 = normalize_change(to_receiver, -p.edge2);
+    vec3 dw1 = mirrored_change(v, n, dv1, normalize_change(p.normal, p.bend1));
+    vec3 dw2 = mirrored_change(v, n, dv2, normalize_change(p.normal, p.bend2));
+    vec2 j1 = vec2(dot(dw1, a), dot(dw1, b));
+    vec2 j2 = vec2(dot(dw2, a), dot(dw2, b));
+    vec3 crossed = vec3(j1.x * j2.x, 0.5 * (j1.x * j2.y + j1.y * j2.x), j1.y * j2.y);
+    vec3 of_patch = push.spread / 18.0 * (outer2(j1) + outer2(j2) - crossed);
+
+    vec3 radiance = vec3(0.0);
+    for (uint i = 0; i < push.sun_count; i++) {
+        Sun sun = suns[i];
+        if (dot(w, sun.direction) <= 0.0) continue;
+        vec3 off = sun.direction - w;
+        vec2 place = vec2(dot(off, a), dot(off, b));
+        float radius = max(sin(sun.angular_radius), 1e-5);
+        float value;
+        if (push.spread > 0.0) {
+            vec3 of_light = vec3(1.0, 0.0, 1.0) * (0.25 * radius * radius);
+            Kernel kernel = kernel_for(of_patch + of_light, of_light, push.sharpest);
+            value = kernel.peak * kernel_value(kernel.inner, kernel.outer, quadratic2(kernel.conic, place));
+        } else {
+            value = dot(place, place) < radius * radius ? 1.0 / (PI * radius * radius) : 0.0;
+        }
+        if (value > 0.0 && (push.trace == 0 || !occluded(p.position, sun.direction, 1.0 / 0.0, p.triangle))) {
+            radiance += sun.irradiance * value;
+        }
+    }
+    if (push.has_environment != 0 && (push.trace == 0 || !occluded(p.position, w, 1.0 / 0.0, p.triangle))) {
+        radiance += filtered_environment(w, a, b, of_patch);
+    }
+    if (radiance == vec3(0.0)) return radiance;
+    if (push.trace != 0 && occluded(p.position, to_receiver, ALMOST, p.triangle)) return vec3(0.0);
+
+    // Diameter of the disc of the patch's area.
+    float epsilon = push.epsilon * 4.0 * p.area / PI;
+    return radiance * objects[p.object].color * (p.area * cos_x * cos_y / (square + epsilon));
+}
+
+void main() {
+    Receiver receiver = receivers[push.receiver];
+    uvec2 texel = gl_GlobalInvocationID.xy;
+    if (texel.x >= receiver.width || texel.y >= receiver.height) return;
+    ivec2 place = ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y));
+    vec3 y = from_texels(receiver, vec2(place) + 0.5);
+    vec3 sum = vec3(0.0);
+    for (uint i = push.first_patch; i < push.first_patch + push.batch_patches; i++) {
+        sum += gather(patches[i], y, receiver.normal);
+    }
+    vec4 before = imageLoad(light_map, place);
+    imageStore(light_map, place, before + vec4(sum, 0.0));
+}

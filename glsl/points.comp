@@ -1,0 +1,91 @@
+// points: the plain baseline. Low-discrepancy points on the mirrors and in the suns' discs,
+// each traced to the receivers and added to one texel.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
+layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 4) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 6) readonly buffer Reflectors { Reflector reflectors[]; };
+layout(std430, binding = 7) writeonly buffer PointSplats { PointSplat splats[]; };
+layout(push_constant) uniform PointsPush {
+    uint first_point;   // of this batch
+    uint batch_points;
+    uint points;        // of each sun, over all batches
+    uint reflector_count;
+    uint receiver_count;
+    uint trace;
+} push;
+
+#include "trace.glsl"
+#include "optics.glsl"
+#include "receiver.glsl"
+#include "sampling.glsl"
+
+const float ALMOST = 0.9999;
+
+// Fractions of the integer multiples of 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1: the additive
+// recurrence of lowest discrepancy in five dimensions (Roberts 2018), in units of 2^-32.
+const uint STEPS[5] = uint[](3785032107u, 3335640777u, 2939605023u, 2590590015u, 2283013049u);
+
+float coordinate(uint point, int dimension) {
+    // 24 bits: what a float in [0, 1) holds.
+    return float((0x80000000u + point * STEPS[dimension]) >> 8) / 16777216.0;
+}
+
+void main() {
+    uint local = gl_GlobalInvocationID.x;
+    if (local >= push.batch_points) return;
+    uint global = push.first_point + local;
+    uint point = global % push.points;
+    Sun sun = suns[global / push.points];
+    for (uint i = 0; i < push.receiver_count; i++) splats[local * push.receiver_count + i].texel = NO_TEXEL;
+
+    // A triangle in proportion to its area.
+    float total = reflectors[push.reflector_count - 1].cumulative_area;
+    float place = coordinate(point, 0) * total;
+    uint low = 0, high = push.reflector_count - 1;
+    while (low < high) {
+        uint half_way = (low + high) / 2;
+        if (reflectors[half_way].cumulative_area > place) high = half_way; else low = half_way + 1;
+    }
+    uint self = reflectors[low].triangle;
+    Triangle triangle = triangles[self];
+    Normals corner = normals[self];
+    // Even over the triangle (Heitz 2019).
+    vec2 w = vec2(coordinate(point, 1), coordinate(point, 2));
+    w = w.x < w.y ? vec2(0.5 * w.x, w.y - 0.5 * w.x) : vec2(w.x - 0.5 * w.y, 0.5 * w.y);
+    vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
+    vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
+    float angle = 2.0 * PI * coordinate(point, 4);
+    vec2 in_disc = sqrt(coordinate(point, 3)) * vec2(cos(angle), sin(angle));
+    vec3 s = sun_direction(sun.direction, sun.angular_radius, in_disc);
+
+    vec3 r = mirrored(s, n);
+    vec3 geometric = cross(triangle.edge1, triangle.edge2);
+    if (dot(n, s) <= 0.0 || dot(geometric, s) <= 0.0 || dot(geometric, r) <= 0.0) return;
+    vec3 flux = sun.irradiance * objects[triangle.object].color * (dot(n, s) * total / float(push.points));
+    bool lit = false;
+    for (uint i = 0; i < push.receiver_count; i++) {
+        Receiver receiver = receivers[i];
+        float along = dot(r, receiver.normal);
+        float away = dot(receiver.origin - x, receiver.normal);
+        if (along >= 0.0 || away >= 0.0) continue;
+        vec3 hit = x + (away / along) * r;
+        vec2 texel = floor(to_texels(receiver, hit));
+        vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
+        if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) continue;
+        if (push.trace != 0) {
+            if (!lit && occluded(x, s, 1.0 / 0.0, self)) return;
+            lit = true;
+            if (occluded(x, hit - x, ALMOST, self)) continue;
+        }
+        splats[local * push.receiver_count + i] =
+            PointSplat(flux / texel_area(receiver), uint(texel.x) | uint(texel.y) << 16);
+    }
+}

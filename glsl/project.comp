@@ -1,0 +1,154 @@
+// project: the image of every light in every patch on every receiver, as a footprint.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
+layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
+// Receiver_count slots a pair, the used ones first.
+layout(std430, binding = 7) writeonly buffer Footprints { Footprint footprints[]; };
+layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
+layout(std430, binding = 9) writeonly buffer GroupCounts { uint group_counts[]; };
+layout(push_constant) uniform ProjectPush {
+    uint first_pair;     // of this batch; a pair is light * patch_count + patch
+    uint pair_count;     // in this batch
+    uint patch_count;
+    uint receiver_count;
+    float spread;        // variance of the kernel over that of the patch
+    float sharpest;      // largest exponent p
+    uint trace;          // 0: nothing can block
+} push;
+
+#include "trace.glsl"
+#include "optics.glsl"
+#include "receiver.glsl"
+#include "footprint.glsl"
+
+shared uint group_count;
+
+// Rays are followed to this share of their length, so that the receiver itself does not block.
+const float ALMOST = 0.9999;
+// Footprints of at most this many texels are normalised over the texels that they touch.
+const float FEW_TEXELS = 64.0;
+// The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
+// for a quadratic map, and a third of the sum of their squares is the patch's covariance.
+const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
+
+// The footprint that `patch_` throws on `receiver`, with `flux` in W; false where there is none.
+bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footprint) {
+    Receiver receiver = receivers[index];
+    vec3 m = receiver.normal;
+    vec2 image[3];
+    vec2 centre = vec2(0.0);
+    float mean_distance = 0.0;
+    for (int i = 0; i < 3; i++) {
+        vec2 st = MIDPOINTS[i];
+        vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
+        vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
+        vec3 r = mirrored(sun.direction, n);
+        float along = dot(r, m);
+        float away = dot(receiver.origin - x, m);
+        // The ray must meet the plane from the front.
+        if (along >= -1e-6 || away >= 0.0) return false;
+        float d = away / along;
+        image[i] = to_texels(receiver, x + d * r);
+        centre += image[i] / 3.0;
+        mean_distance += d / 3.0;
+    }
+    vec3 of_patch = vec3(0.0);
+    for (int i = 0; i < 3; i++) of_patch += outer2(image[i] - centre) * (push.spread / 3.0);
+
+    // The sun's disc, mirrored, is a cone about r; its section with the plane. A disc of radius a
+    // has the variance a^2/4.
+    vec3 r = mirrored(sun.direction, normalize(patch_.normal));
+    vec3 a, b;
+    basis(r, a, b);
+    float reach = 0.5 * sun.angular_radius * mean_distance;
+    vec2 ja = texel_direction(receiver, reach * (a - r * (dot(a, m) / dot(r, m))));
+    vec2 jb = texel_direction(receiver, reach * (b - r * (dot(b, m) / dot(r, m))));
+    vec3 of_light = outer2(ja) + outer2(jb);
+
+    vec3 of_texel = vec3(1.0, 0.0, 1.0) / 12.0;
+    Kernel kernel = kernel_for(of_patch + of_light + of_texel, of_light, push.sharpest);
+
+    // Bounding box; nothing to do where it misses the tile.
+    vec2 half_size = sqrt(vec2(kernel.conic.z, kernel.conic.x) / determinant2(kernel.conic));
+    vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
+    vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
+    vec2 low = max(floor(centre - half_size), tile_low);
+    vec2 high = min(ceil(centre + half_size), tile_high);
+    if (!(all(lessThan(low, high)) && determinant2(kernel.conic) > 0.0)) return false;
+
+    // Visibility from the patch to the point of the receiver that is nearest to the centre.
+    if (push.trace != 0) {
+        vec3 target = from_texels(receiver, clamp(centre, tile_low, tile_high));
+        if (occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return false;
+    }
+
+    // W to W/m^2 in a texel.
+    vec3 peak = flux * (kernel.peak / texel_area(receiver));
+    vec2 first = floor(centre - half_size);
+    vec2 box = ceil(centre + half_size) - first;
+    if (box.x * box.y <= FEW_TEXELS) {
+        float sum = 0.0;
+        for (float y = 0.5; y < box.y; y += 1.0) {
+            for (float x = 0.5; x < box.x; x += 1.0) {
+                float t = quadratic2(kernel.conic, first + vec2(x, y) - centre);
+                sum += kernel_value(kernel.inner, kernel.outer, t);
+            }
+        }
+        if (sum > 0.0) peak /= sum * kernel.peak;
+    }
+    footprint = Footprint(centre, kernel.inner, kernel.outer, kernel.conic, index, peak, 0.0);
+    return true;
+}
+
+// Flux through the patch, W: E A cos(theta) reflectance, cos(theta) averaged over the midpoints;
+// zero where patch and light do not see each other.
+vec3 flux_of(Patch patch_, Sun sun) {
+    vec3 geometric = cross(patch_.edge1, patch_.edge2);
+    vec3 r = mirrored(sun.direction, normalize(patch_.normal));
+    if (dot(geometric, sun.direction) <= 0.0 || dot(geometric, r) <= 0.0) return vec3(0.0);
+    float cosine = 0.0;
+    for (int i = 0; i < 3; i++) {
+        vec2 st = MIDPOINTS[i];
+        vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
+        cosine += max(dot(n, sun.direction), 0.0) / 3.0;
+    }
+    if (cosine <= 0.0) return vec3(0.0);
+    if (push.trace != 0 && occluded(patch_.position, sun.direction, 1.0 / 0.0, patch_.triangle)) return vec3(0.0);
+    return sun.irradiance * objects[patch_.object].color * (cosine * patch_.area);
+}
+
+void main() {
+    if (gl_LocalInvocationIndex == 0) group_count = 0;
+    barrier();
+    uint local = gl_GlobalInvocationID.x;
+    uint count = 0;
+    if (local < push.pair_count) {
+        uint pair = push.first_pair + local;
+        Patch patch_ = patches[pair % push.patch_count];
+        Sun sun = suns[pair / push.patch_count];
+        vec3 flux = flux_of(patch_, sun);
+        if (any(greaterThan(flux, vec3(0.0)))) {
+            for (uint index = 0; index < push.receiver_count; index++) {
+                Footprint footprint;
+                if (project(patch_, sun, flux, index, footprint)) {
+                    footprints[local * push.receiver_count + count] = footprint;
+                    count++;
+                }
+            }
+        }
+        counts[local] = count;
+    }
+    // A sum of integers does not depend on the order, so the result is the same every time.
+    atomicAdd(group_count, count);
+    barrier();
+    if (gl_LocalInvocationIndex == 0) group_counts[gl_WorkGroupID.x] = group_count;
+}

@@ -1,0 +1,55 @@
+// sample: cuts the mirrors' triangles into patches (design: Wand & Strasser 2003, section 3).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
+layout(std430, binding = 2) readonly buffer Reflectors { Reflector reflectors[]; };
+layout(std430, binding = 3) writeonly buffer Patches { Patch patches[]; };
+layout(push_constant) uniform SamplePush {
+    uint patch_count;
+    uint reflector_count;
+} push;
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= push.patch_count) return;
+
+    // The last reflector that starts at or before this patch.
+    uint low = 0, high = push.reflector_count - 1;
+    while (low < high) {
+        uint half_way = (low + high + 1) / 2;
+        if (reflectors[half_way].first_patch <= index) low = half_way; else high = half_way - 1;
+    }
+    Reflector reflector = reflectors[low];
+    Triangle triangle = triangles[reflector.triangle];
+    Normals normal = normals[reflector.triangle];
+
+    // Small triangle number `cell` of n^2: row r of the parent holds n - r upright ones and
+    // n - r - 1 turned ones between them, 2 (n - r) - 1 in all.
+    int n = int(reflector.subdivision);
+    int cell = int(index - reflector.first_patch);
+    int row = n - int(ceil(sqrt(float(n * n - cell))));
+    int column = cell - (2 * n * row - row * row);
+    bool turned = column % 2 == 1;
+    vec2 corner = vec2(column / 2, row) + (turned ? vec2(1.0) : vec2(0.0));
+    float size = (turned ? -1.0 : 1.0) / float(n);
+    vec2 middle = (corner + (turned ? -1.0 : 1.0) / 3.0) / float(n);
+
+    vec3 bend1 = normal.n1 - normal.n0;
+    vec3 bend2 = normal.n2 - normal.n0;
+    Patch p;
+    p.position = triangle.position + middle.x * triangle.edge1 + middle.y * triangle.edge2;
+    p.normal = normal.n0 + middle.x * bend1 + middle.y * bend2;
+    p.edge1 = size * triangle.edge1;
+    p.edge2 = size * triangle.edge2;
+    p.bend1 = size * bend1;
+    p.bend2 = size * bend2;
+    p.area = 0.5 * length(cross(p.edge1, p.edge2));
+    p.triangle = reflector.triangle;
+    p.object = triangle.object;
+    p.unused0 = p.unused1 = p.unused2 = 0.0;
+    patches[index] = p;
+}

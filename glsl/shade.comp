@@ -1,0 +1,106 @@
+// shade: the camera's view. Diffuse surfaces show direct light, and the light map where they have
+// one; mirrors show what they reflect.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
+layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 4) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
+layout(binding = 6) uniform sampler2D environment;
+layout(binding = 7) uniform sampler2D light_map;   // caustic irradiance
+layout(binding = 8) uniform sampler2D direct_map;  // irradiance from the environment
+layout(binding = 9, rgba32f) uniform writeonly image2D view;
+layout(push_constant) uniform ShadePush {
+    vec3 eye;
+    uint sun_count;
+    vec3 right;          // half the picture's width at distance 1
+    uint has_environment;
+    vec3 up;             // half the picture's height at distance 1
+    float rotation;
+    vec3 forward;        // unit
+    uint side;           // samples a pixel: side^2
+} push;
+
+#include "trace.glsl"
+#include "optics.glsl"
+#include "receiver.glsl"
+#include "sampling.glsl"
+#include "environment.glsl"
+#include "lighting.glsl"
+
+const int MOST_BOUNCES = 12;
+const uint SUN_RAYS = 8;
+const uint ENVIRONMENT_RAYS = 32;
+
+// Bilinear look-up that stays inside the receiver's tile.
+vec3 look_up(sampler2D map, Receiver receiver, vec2 texel) {
+    vec2 low = vec2(receiver.tile_x, receiver.tile_y) + 0.5;
+    vec2 high = low + vec2(receiver.width, receiver.height) - 1.0;
+    return textureLod(map, clamp(texel, low, high) / vec2(textureSize(map, 0)), 0.0).rgb;
+}
+
+vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self) {
+    vec3 sum = vec3(0.0);
+    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, 0, SUN_RAYS, SUN_RAYS, true);
+    if (object.receiver != NO_RECEIVER) {
+        Receiver receiver = receivers[object.receiver];
+        vec2 texel = to_texels(receiver, x);
+        sum += look_up(light_map, receiver, texel);
+        if (push.has_environment != 0) sum += look_up(direct_map, receiver, texel);
+    } else if (push.has_environment != 0) {
+        sum += direct_environment(x, n, self, ENVIRONMENT_RAYS, push.rotation, true);
+    }
+    return sum;
+}
+
+// Radiance that arrives from `direction`, W/m^2/sr.
+vec3 radiance(vec3 origin, vec3 direction) {
+    vec3 weight = vec3(1.0);
+    uint self = NO_TRIANGLE;
+    for (int bounce = 0; bounce <= MOST_BOUNCES; bounce++) {
+        Hit hit = nearest(origin, direction, self);
+        if (hit.triangle == NO_TRIANGLE) {
+            vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
+            for (uint i = 0; i < push.sun_count; i++) {
+                float sine = sin(suns[i].angular_radius);
+                bool inside = sine > 0.0 && dot(direction, suns[i].direction) > cos(suns[i].angular_radius);
+                if (inside) seen += suns[i].irradiance / (PI * sine * sine);
+            }
+            return weight * seen;
+        }
+        Triangle triangle = triangles[hit.triangle];
+        // Back faces absorb.
+        if (dot(cross(triangle.edge1, triangle.edge2), direction) >= 0.0) return vec3(0.0);
+        Normals corner = normals[hit.triangle];
+        vec2 w = hit.barycentric;
+        vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
+        origin = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
+        self = hit.triangle;
+        Object object = objects[triangle.object];
+        if (object.kind == DIFFUSE) {
+            return weight * object.color / PI * diffuse_irradiance(object, origin, n, self);
+        }
+        weight *= object.color;
+        direction = mirrored(-direction, n);
+    }
+    return vec3(0.0);
+}
+
+void main() {
+    uvec2 size = imageSize(view);
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (pixel.x >= size.x || pixel.y >= size.y) return;
+    vec3 sum = vec3(0.0);
+    for (uint i = 0; i < push.side * push.side; i++) {
+        vec2 within = (vec2(i % push.side, i / push.side) + 0.5) / float(push.side);
+        vec2 p = (vec2(pixel) + within) / vec2(size) * 2.0 - 1.0;
+        vec3 direction = normalize(push.forward + p.x * push.right - p.y * push.up);
+        sum += radiance(push.eye, direction) / float(push.side * push.side);
+    }
+    imageStore(view, ivec2(pixel), vec4(sum, 1.0));
+}

@@ -1,0 +1,113 @@
+// The structs that the host and the shaders share. Their Rust mirrors are in
+// src/render/layout.rs; a test compares the offsets. Lengths in m, angles in rad.
+
+const float PI = 3.14159265358979;
+
+// Geometry of a triangle, in the order of the BVH's leaves.
+struct Triangle {
+    vec3 position;   // first corner
+    uint object;
+    vec3 edge1;      // second corner - first
+    uint blocks;     // 1: casts shadows
+    vec3 edge2;      // third corner - first
+    float unused;
+};
+
+// Unit vertex normals of the triangle of the same index.
+struct Normals {
+    vec3 n0; float unused0;
+    vec3 n1; float unused1;
+    vec3 n2; float unused2;
+};
+
+// Node of the bounding volume hierarchy: an inner node (count 0) has its children at first and
+// first + 1, a leaf its triangles from first on.
+struct Node {
+    vec3 lower;
+    uint count;
+    vec3 upper;
+    uint first;
+};
+
+const uint DIFFUSE = 0;
+const uint MIRROR = 1;
+const int NO_RECEIVER = -1;
+
+struct Object {
+    vec3 color;      // reflectance of a mirror, albedo of a diffuse surface
+    uint kind;       // DIFFUSE or MIRROR
+    int receiver;    // index, or NO_RECEIVER
+    uint unused0;
+    uint unused1;
+    uint unused2;
+};
+
+struct Sun {
+    vec3 direction;  // unit, toward the light
+    float angular_radius;
+    vec3 irradiance; // W/m^2 on a plane that faces the light
+    float unused;
+};
+
+// A rectangle with a light map: the tile of the atlas from (tile_x, tile_y) on, v upward.
+struct Receiver {
+    vec3 origin;
+    uint tile_x;
+    vec3 edge_u;
+    uint tile_y;
+    vec3 edge_v;
+    uint width;      // texels
+    vec3 normal;     // unit
+    uint height;     // texels
+};
+
+// A mirror's triangle and how many patches are made of it: subdivision^2.
+struct Reflector {
+    uint triangle;
+    uint first_patch;
+    uint subdivision;
+    float cumulative_area; // of all reflectors up to and with this one
+};
+
+// A sample point of a specular surface: a small triangle with interpolated normals.
+struct Patch {
+    vec3 position;   // centroid
+    uint triangle;
+    vec3 normal;     // interpolated at the centroid, not normalised
+    float area;
+    vec3 edge1;
+    uint object;
+    vec3 edge2;
+    float unused0;
+    vec3 bend1;      // change of the interpolated normal along edge1
+    float unused1;
+    vec3 bend2;      // and along edge2
+    float unused2;
+};
+
+// The image of a light in a patch on a receiver: irradiance
+// peak (1 - t^inner)^outer with t = (y - centre)^T conic (y - centre) < 1, in texels of the atlas.
+struct Footprint {
+    vec2 centre;
+    float inner;
+    float outer;
+    vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
+    uint receiver;
+    vec3 peak;       // W/m^2
+    float unused;
+};
+
+// A point's flux over its texel's area.
+struct PointSplat {
+    vec3 irradiance; // W/m^2
+    uint texel;      // x | y << 16 in the atlas, or NO_TEXEL
+};
+const uint NO_TEXEL = 0xffffffffu;
+
+// Kernel (1 - t^inner)^1.5 by its flatness; see profiles in src/render/project.rs.
+struct Profile {
+    float inner;
+    float support;   // squared support radius in units of the covariance
+    float mean;      // integral of the kernel over t from 0 to 1
+    float unused;
+};

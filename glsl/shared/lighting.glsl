@@ -1,0 +1,32 @@
+// Direct light at a point of a diffuse surface. The including shader declares the buffer `suns`
+// and the sampler `environment`, and includes trace, optics, sampling, environment.
+
+// Irradiance from sun number `index`: `samples` rays over its disc, the first being number
+// `first` of `all`.
+vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint first, uint samples, uint all, bool trace) {
+    Sun sun = suns[index];
+    float lit = 0.0;
+    for (uint i = first; i < first + samples; i++) {
+        vec3 s = sun_direction(sun.direction, sun.angular_radius, disc_point(i, all));
+        float cosine = dot(n, s);
+        if (cosine > 0.0 && !(trace && occluded(x, s, 1.0 / 0.0, self))) lit += cosine / float(samples);
+    }
+    return sun.irradiance * lit;
+}
+
+// Irradiance from the environment by `samples` cosine-weighted rays.
+vec3 direct_environment(vec3 x, vec3 n, uint self, uint samples, float rotation, bool trace) {
+    vec3 a, b;
+    basis(n, a, b);
+    vec3 sum = vec3(0.0);
+    for (uint i = 0; i < samples; i++) {
+        vec2 p = disc_point(i, samples);
+        float cosine = sqrt(max(1.0 - dot(p, p), 0.0));
+        vec3 direction = p.x * a + p.y * b + cosine * n;
+        if (trace && occluded(x, direction, 1.0 / 0.0, self)) continue;
+        // A ray stands for the solid angle pi / (samples cosine).
+        float level = environment_level(sqrt(PI / (float(samples) * max(cosine, 0.1))));
+        sum += environment_radiance(direction, rotation, level);
+    }
+    return sum * (PI / float(samples));
+}

@@ -1,0 +1,318 @@
+//! Buffers and images that own their memory and free it when dropped.
+
+use super::{Access, Context, Recorder, device_error};
+use crate::error::{Error, Result};
+use ash::vk;
+use bytemuck::Pod;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::sync::Arc;
+
+fn allocate(
+    context: &Context,
+    name: &str,
+    requirements: vk::MemoryRequirements,
+    location: MemoryLocation,
+    linear: bool,
+) -> Result<Allocation> {
+    let description = AllocationCreateDesc {
+        name,
+        requirements,
+        location,
+        linear,
+        allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+    };
+    let mut allocator = context.allocator.lock().expect("no panic while held");
+    allocator.allocate(&description).map_err(|error| Error::Device {
+        action: format!("allocating {} MB for {name}", requirements.size.div_ceil(1_000_000)),
+        reason: error.to_string(),
+        remedy: "ask for fewer samples or smaller light maps".into(),
+    })
+}
+
+fn free(context: &Context, allocation: Option<Allocation>) {
+    if let (Some(allocation), Ok(mut allocator)) = (allocation, context.allocator.lock()) {
+        // A block that cannot be freed is lost until the allocator goes; Drop must not panic.
+        let _ = allocator.free(allocation);
+    }
+}
+
+/// A storage, transfer and indirect buffer.
+pub struct Buffer {
+    context: Arc<Context>,
+    pub(super) handle: vk::Buffer,
+    allocation: Option<Allocation>,
+    bytes: u64,
+}
+
+impl Buffer {
+    /// A buffer on the device, of at least 16 bytes.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where memory or the device's limit on storage buffers is exceeded.
+    pub fn new(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
+        Self::allocate(context, name, bytes, MemoryLocation::GpuOnly)
+    }
+
+    /// A buffer with `data` in it.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn with_data<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let buffer = Self::new(context, name, bytes.len() as u64)?;
+        if bytes.is_empty() {
+            return Ok(buffer);
+        }
+        let staging = Self::staging(context, bytes)?;
+        let mut recorder = Recorder::new(context)?;
+        recorder.copy_buffer(&staging, &buffer, bytes.len() as u64);
+        recorder.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
+        recorder.submit()?;
+        Ok(buffer)
+    }
+
+    /// A buffer that the host has filled, to copy from.
+    pub(super) fn staging(context: &Arc<Context>, bytes: &[u8]) -> Result<Self> {
+        let mut staging = Self::allocate(context, "staging", bytes.len() as u64, MemoryLocation::CpuToGpu)?;
+        staging.mapped()[..bytes.len()].copy_from_slice(bytes);
+        Ok(staging)
+    }
+
+    /// A buffer that the host can read after the device has written it.
+    pub(super) fn readback(context: &Arc<Context>, bytes: u64) -> Result<Self> {
+        Self::allocate(context, "readback", bytes, MemoryLocation::GpuToCpu)
+    }
+
+    fn allocate(context: &Arc<Context>, name: &str, bytes: u64, location: MemoryLocation) -> Result<Self> {
+        let bytes = bytes.max(16);
+        if location == MemoryLocation::GpuOnly && bytes > context.max_storage_bytes() {
+            return Err(Error::Device {
+                action: format!("making the buffer of {name}"),
+                reason: format!(
+                    "it needs {bytes} bytes and the device allows {} for one buffer",
+                    context.max_storage_bytes()
+                ),
+                remedy: "use a coarser mesh or fewer samples".into(),
+            });
+        }
+        let info = vk::BufferCreateInfo::default().size(bytes).usage(
+            vk::BufferUsageFlags::STORAGE_BUFFER
+                | vk::BufferUsageFlags::INDIRECT_BUFFER
+                | vk::BufferUsageFlags::TRANSFER_SRC
+                | vk::BufferUsageFlags::TRANSFER_DST,
+        );
+        // SAFETY: a valid device; the buffer is destroyed in Drop.
+        let handle =
+            unsafe { context.device.create_buffer(&info, None) }.map_err(device_error("making a buffer"))?;
+        context.set_name(handle, name);
+        let mut buffer = Self { context: context.clone(), handle, allocation: None, bytes };
+        // SAFETY: a buffer of this device, bound once to memory made for it.
+        unsafe {
+            let requirements = context.device.get_buffer_memory_requirements(handle);
+            let allocation = allocate(context, name, requirements, location, true)?;
+            let (memory, offset) = (allocation.memory(), allocation.offset());
+            buffer.allocation = Some(allocation);
+            context
+                .device
+                .bind_buffer_memory(handle, memory, offset)
+                .map_err(device_error("binding a buffer"))?;
+        }
+        Ok(buffer)
+    }
+
+    /// Size in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    pub(super) fn mapped(&mut self) -> &mut [u8] {
+        let allocation = self.allocation.as_mut().expect("allocated in `allocate`");
+        allocation.mapped_slice_mut().expect("only host-visible buffers are mapped")
+    }
+
+    /// Copies the buffer's first `count` elements to the host. Waits for the device.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
+        let bytes = (count * size_of::<T>()) as u64;
+        let mut host = Self::readback(&self.context, bytes)?;
+        let mut recorder = Recorder::new(&self.context)?;
+        recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
+        recorder.copy_buffer(self, &host, bytes);
+        recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
+        recorder.submit()?;
+        Ok(bytemuck::pod_collect_to_vec(&host.mapped()[..bytes as usize]))
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: submissions are waited for, so the device does not use it any more.
+        unsafe { self.context.device.destroy_buffer(self.handle, None) };
+        free(&self.context, self.allocation.take());
+    }
+}
+
+/// How a sampled image is filtered and continued beyond its edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sampling {
+    /// Bilinear, clamped.
+    Clamp,
+    /// Trilinear, repeated in u, clamped in v: an equirectangular environment.
+    Equirectangular,
+}
+
+/// A 2-D RGBA32F image in layout GENERAL, which every use shares: attachment, storage, sampled.
+pub struct Image {
+    context: Arc<Context>,
+    pub(super) handle: vk::Image,
+    /// All mip levels.
+    pub(super) view: vk::ImageView,
+    pub(super) sampler: vk::Sampler,
+    allocation: Option<Allocation>,
+    pub width: u32,
+    pub height: u32,
+}
+
+/// Four f32 a texel.
+const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+const TEXEL_BYTES: u64 = 16;
+
+impl Image {
+    pub const FORMAT: vk::Format = FORMAT;
+
+    /// An image with undefined content and `levels` mip levels.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where memory is exceeded.
+    pub fn new(
+        context: &Arc<Context>,
+        name: &str,
+        [width, height]: [u32; 2],
+        levels: u32,
+        sampling: Sampling,
+    ) -> Result<Self> {
+        let mut usage = vk::ImageUsageFlags::STORAGE
+            | vk::ImageUsageFlags::SAMPLED
+            | vk::ImageUsageFlags::TRANSFER_SRC
+            | vk::ImageUsageFlags::TRANSFER_DST;
+        if levels == 1 {
+            usage |= vk::ImageUsageFlags::COLOR_ATTACHMENT;
+        }
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(FORMAT)
+            .extent(vk::Extent3D { width, height, depth: 1 })
+            .mip_levels(levels)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .usage(usage);
+        let device = &context.device;
+        // SAFETY: a valid device; the image is destroyed in Drop.
+        let handle = unsafe { device.create_image(&info, None) }.map_err(device_error("making an image"))?;
+        context.set_name(handle, name);
+        let mut image = Self {
+            context: context.clone(),
+            handle,
+            view: vk::ImageView::null(),
+            sampler: vk::Sampler::null(),
+            allocation: None,
+            width,
+            height,
+        };
+        let range = vk::ImageSubresourceRange::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .level_count(levels)
+            .layer_count(1);
+        let (filter, mipmap, repeat) = match sampling {
+            Sampling::Clamp => {
+                (vk::Filter::LINEAR, vk::SamplerMipmapMode::NEAREST, vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            }
+            Sampling::Equirectangular => {
+                (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR, vk::SamplerAddressMode::REPEAT)
+            }
+        };
+        let view = vk::ImageViewCreateInfo::default()
+            .image(handle)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(FORMAT)
+            .subresource_range(range);
+        let sampler = vk::SamplerCreateInfo::default()
+            .mag_filter(filter)
+            .min_filter(filter)
+            .mipmap_mode(mipmap)
+            .address_mode_u(repeat)
+            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+            .max_lod(vk::LOD_CLAMP_NONE);
+        // SAFETY: an image of this device, bound once to memory made for it; view and sampler are
+        // destroyed in Drop.
+        unsafe {
+            let requirements = device.get_image_memory_requirements(handle);
+            let allocation = allocate(context, name, requirements, MemoryLocation::GpuOnly, false)?;
+            let (memory, offset) = (allocation.memory(), allocation.offset());
+            image.allocation = Some(allocation);
+            device.bind_image_memory(handle, memory, offset).map_err(device_error("binding an image"))?;
+            image.view = device.create_image_view(&view, None).map_err(device_error("making a view"))?;
+            image.sampler =
+                device.create_sampler(&sampler, None).map_err(device_error("making a sampler"))?;
+        }
+        let mut recorder = Recorder::new(context)?;
+        recorder.to_general(handle, range);
+        recorder.submit()?;
+        Ok(image)
+    }
+
+    /// An image with the mip levels `levels`, RGB each, filled.
+    ///
+    /// # Errors
+    /// As [`Image::new`].
+    pub fn with_levels(
+        context: &Arc<Context>,
+        name: &str,
+        levels: &[(u32, u32, Vec<[f32; 3]>)],
+        sampling: Sampling,
+    ) -> Result<Self> {
+        let (width, height, _) = levels[0];
+        let image = Self::new(context, name, [width, height], levels.len() as u32, sampling)?;
+        let mut recorder = Recorder::new(context)?;
+        let mut staging = Vec::new();
+        for (level, (width, height, pixels)) in levels.iter().enumerate() {
+            let texels: Vec<[f32; 4]> = pixels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
+            let buffer = Buffer::staging(context, bytemuck::cast_slice(&texels))?;
+            recorder.copy_to_image(&buffer, &image, level as u32, [*width, *height]);
+            staging.push(buffer);
+        }
+        recorder.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
+        recorder.submit()?;
+        Ok(image)
+    }
+
+    /// Copies a rectangle of level 0 to the host, RGBA, rows from the top. Waits for the device.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn read(&self, offset: [u32; 2], extent: [u32; 2]) -> Result<Vec<[f32; 4]>> {
+        let bytes = u64::from(extent[0]) * u64::from(extent[1]) * TEXEL_BYTES;
+        let mut host = Buffer::readback(&self.context, bytes)?;
+        let mut recorder = Recorder::new(&self.context)?;
+        recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
+        recorder.copy_from_image(self, offset, extent, &host);
+        recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
+        recorder.submit()?;
+        Ok(bytemuck::pod_collect_to_vec(&host.mapped()[..bytes as usize]))
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        // SAFETY: submissions are waited for; null handles are allowed.
+        unsafe {
+            self.context.device.destroy_sampler(self.sampler, None);
+            self.context.device.destroy_image_view(self.view, None);
+            self.context.device.destroy_image(self.handle, None);
+        }
+        free(&self.context, self.allocation.take());
+    }
+}

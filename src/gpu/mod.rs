@@ -1,0 +1,44 @@
+//! A thin layer over ash: what every pass needs and nothing that one pass alone needs.
+//!
+//! [`Context`] is the device, [`Buffer`] and [`Image`] own their memory, [`Pipeline`] knows its
+//! bindings from the SPIR-V, [`Recorder`] fills and submits a command buffer in named scopes.
+
+mod context;
+mod memory;
+mod pipeline;
+mod pipeline_cache;
+mod recorder;
+mod shader;
+mod validation;
+
+pub use context::{Context, ContextOptions, DeviceInfo, list_devices};
+pub use memory::{Buffer, Image, Sampling};
+pub use pipeline::{Pipeline, Resource, Topology};
+pub use recorder::{Access, PassTime, Recorder};
+pub use shader::{Shader, shaders};
+
+use crate::error::Error;
+use ash::vk;
+
+/// Turns a failed Vulkan call into an [`Error::Device`] that names what was being done.
+fn device_error(action: &str) -> impl FnOnce(vk::Result) -> Error + '_ {
+    move |result| Error::Device {
+        action: action.to_owned(),
+        reason: match result {
+            vk::Result::ERROR_DEVICE_LOST => "the device was lost".into(),
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "out of device memory".into(),
+            vk::Result::ERROR_OUT_OF_HOST_MEMORY => "out of host memory".into(),
+            other => format!("{other} ({other:?})"),
+        },
+        remedy: match result {
+            vk::Result::ERROR_DEVICE_LOST => {
+                "ask for fewer samples or smaller light maps, update the driver, or name another --device"
+            }
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+                "ask for fewer samples or smaller light maps"
+            }
+            _ => "run again with --validate, which says more, or name another --device",
+        }
+        .into(),
+    }
+}

@@ -1,0 +1,428 @@
+//! One command buffer: passes in named scopes, explicit barriers, submit and wait.
+
+use super::memory::{Buffer, Image};
+use super::{Context, Pipeline, device_error};
+use crate::error::Result;
+use ash::vk;
+use bytemuck::Pod;
+use std::ffi::CString;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// One side of a barrier: which stages touch memory, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Access(vk::PipelineStageFlags2, vk::AccessFlags2);
+
+impl Access {
+    pub const COMPUTE_READ: Self =
+        Self(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
+    pub const COMPUTE_WRITE: Self =
+        Self(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
+    pub const COMPUTE: Self = Self::COMPUTE_READ.and(Self::COMPUTE_WRITE);
+    pub const VERTEX_READ: Self = Self(vk::PipelineStageFlags2::VERTEX_SHADER, vk::AccessFlags2::SHADER_READ);
+    pub const INDIRECT_READ: Self =
+        Self(vk::PipelineStageFlags2::DRAW_INDIRECT, vk::AccessFlags2::INDIRECT_COMMAND_READ);
+    /// Blending reads and writes.
+    pub const BLEND: Self = Self(
+        vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+        vk::AccessFlags2::from_raw(
+            vk::AccessFlags2::COLOR_ATTACHMENT_READ.as_raw()
+                | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw(),
+        ),
+    );
+    pub const TRANSFER_READ: Self =
+        Self(vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_READ);
+    pub const TRANSFER_WRITE: Self =
+        Self(vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
+    pub const HOST_READ: Self = Self(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
+    /// For uploads and read-backs, where speed does not matter.
+    pub const ANY_READ: Self = Self(vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ);
+    pub const ANY_WRITE: Self = Self(vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
+
+    /// Both.
+    pub const fn and(self, other: Self) -> Self {
+        Self(
+            vk::PipelineStageFlags2::from_raw(self.0.as_raw() | other.0.as_raw()),
+            vk::AccessFlags2::from_raw(self.1.as_raw() | other.1.as_raw()),
+        )
+    }
+}
+
+/// What one pass of the last submission cost.
+#[derive(Debug, Clone)]
+pub struct PassTime {
+    pub name: &'static str,
+    /// Between the device's timestamps, s; `None` where the queue has none.
+    pub gpu: Option<f64>,
+    /// From the start of recording to the end of waiting, s; only where each pass is submitted
+    /// on its own.
+    pub wall: Option<f64>,
+}
+
+/// Passes a submission can time.
+const MAX_SCOPES: u32 = 256;
+
+/// A command buffer that is being recorded, and the fence that [`Recorder::submit`] waits for.
+pub struct Recorder {
+    context: Arc<Context>,
+    pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    queries: vk::QueryPool,
+    scopes: Vec<PassTime>,
+    /// Scopes whose timestamps are not read yet.
+    unread: u32,
+    wait_each_pass: bool,
+}
+
+impl Recorder {
+    /// Begins an empty command buffer.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        let failed = || device_error("making a command buffer");
+        let mut recorder = Self {
+            context: context.clone(),
+            pool: vk::CommandPool::null(),
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            scopes: Vec::new(),
+            unread: 0,
+            wait_each_pass: false,
+        };
+        let device = &context.device;
+        let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family);
+        let queries = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::TIMESTAMP)
+            .query_count(2 * MAX_SCOPES);
+        // SAFETY: a valid device; everything is destroyed in Drop.
+        unsafe {
+            recorder.pool = device.create_command_pool(&pool, None).map_err(failed())?;
+            let info =
+                vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+            recorder.commands = device.allocate_command_buffers(&info).map_err(failed())?[0];
+            recorder.fence = device.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed())?;
+            if context.timestamp_period > 0.0 {
+                recorder.queries = device.create_query_pool(&queries, None).map_err(failed())?;
+            }
+        }
+        recorder.begin()?;
+        Ok(recorder)
+    }
+
+    /// Submits and waits after every pass, so that [`PassTime::wall`] is known.
+    pub fn wait_each_pass(&mut self, wait: bool) {
+        self.wait_each_pass = wait;
+    }
+
+    fn begin(&mut self) -> Result<()> {
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the buffer is not in use: `submit` waits.
+        unsafe {
+            self.context
+                .device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .and_then(|()| self.context.device.begin_command_buffer(self.commands, &info))
+                .map_err(device_error("beginning a command buffer"))?;
+            if self.queries != vk::QueryPool::null() {
+                self.context.device.cmd_reset_query_pool(self.commands, self.queries, 0, 2 * MAX_SCOPES);
+            }
+        }
+        Ok(())
+    }
+
+    /// Submits what was recorded, waits for it, and begins anew.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails or is lost.
+    pub fn submit(&mut self) -> Result<()> {
+        let device = &self.context.device;
+        let failed = || device_error("running a frame");
+        // SAFETY: recorded commands refer to live objects; the fence is unsignalled.
+        unsafe {
+            device.end_command_buffer(self.commands).map_err(failed())?;
+            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
+            device.queue_submit2(self.context.queue, &submit, self.fence).map_err(failed())?;
+            device.wait_for_fences(&[self.fence], true, u64::MAX).map_err(failed())?;
+            device.reset_fences(&[self.fence]).map_err(failed())?;
+        }
+        self.read_timestamps()?;
+        self.begin()
+    }
+
+    fn read_timestamps(&mut self) -> Result<()> {
+        let count = std::mem::take(&mut self.unread);
+        if count == 0 || self.queries == vk::QueryPool::null() {
+            return Ok(());
+        }
+        let mut ticks = vec![0u64; 2 * count as usize];
+        // SAFETY: the queries were written by the submission that just ended.
+        unsafe {
+            self.context.device.get_query_pool_results(
+                self.queries,
+                0,
+                &mut ticks,
+                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+            )
+        }
+        .map_err(device_error("reading timestamps"))?;
+        let first = self.scopes.len() - count as usize;
+        for (scope, pair) in self.scopes[first..].iter_mut().zip(ticks.chunks_exact(2)) {
+            let elapsed = pair[1].saturating_sub(pair[0]) as f64;
+            scope.gpu = Some(elapsed * f64::from(self.context.timestamp_period) * 1e-9);
+        }
+        Ok(())
+    }
+
+    /// Records the pass called `name`: its debug label, its timestamps and its row in the profile.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails (only if passes are waited for).
+    pub fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) -> Result<()> {
+        let start = Instant::now();
+        let timed = self.queries != vk::QueryPool::null() && self.unread < MAX_SCOPES;
+        let query = 2 * self.unread;
+        let label = CString::new(name).expect("pass names have no NUL");
+        // SAFETY: a recording command buffer of this device.
+        unsafe {
+            if let Some(debug) = &self.context.debug {
+                let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
+                debug.cmd_begin_debug_utils_label(self.commands, &info);
+            }
+            if timed {
+                self.timestamp(query);
+            }
+        }
+        record(self);
+        // SAFETY: as above.
+        unsafe {
+            if timed {
+                self.timestamp(query + 1);
+            }
+            if let Some(debug) = &self.context.debug {
+                debug.cmd_end_debug_utils_label(self.commands);
+            }
+        }
+        self.scopes.push(PassTime { name, gpu: None, wall: None });
+        self.unread += u32::from(timed);
+        if self.wait_each_pass {
+            self.submit()?;
+            let pass = self.scopes.last_mut().expect("pushed above");
+            pass.wall = Some(start.elapsed().as_secs_f64());
+        }
+        Ok(())
+    }
+
+    unsafe fn timestamp(&self, query: u32) {
+        // SAFETY: the caller's query is in range and was reset by `begin`.
+        unsafe {
+            self.context.device.cmd_write_timestamp2(
+                self.commands,
+                vk::PipelineStageFlags2::ALL_COMMANDS,
+                self.queries,
+                query,
+            );
+        }
+    }
+
+    /// The passes since the last call, in order; complete after [`Recorder::submit`].
+    pub fn take_times(&mut self) -> Vec<PassTime> {
+        std::mem::take(&mut self.scopes)
+    }
+
+    /// Makes what `from` wrote visible to `to`, and orders them.
+    pub fn barrier(&mut self, from: Access, to: Access) {
+        let barrier = [vk::MemoryBarrier2::default()
+            .src_stage_mask(from.0)
+            .src_access_mask(from.1)
+            .dst_stage_mask(to.0)
+            .dst_access_mask(to.1)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+        // SAFETY: a recording command buffer, outside of rendering.
+        unsafe { self.context.device.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+
+    /// Runs a compute shader over `groups` workgroups.
+    pub fn dispatch<P: Pod>(&mut self, pipeline: &Pipeline, push: &P, groups: [u32; 3]) {
+        self.use_pipeline(pipeline, push);
+        // SAFETY: pipeline and resources are bound.
+        unsafe { self.context.device.cmd_dispatch(self.commands, groups[0], groups[1], groups[2]) };
+    }
+
+    /// Draws into `target` as many vertices as `arguments` (a `VkDrawIndirectCommand`) say.
+    pub fn draw_indirect<P: Pod>(
+        &mut self,
+        pipeline: &Pipeline,
+        target: &Image,
+        push: &P,
+        arguments: &Buffer,
+    ) {
+        self.begin_rendering(target);
+        self.use_pipeline(pipeline, push);
+        // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
+        unsafe {
+            self.context.device.cmd_draw_indirect(self.commands, arguments.handle, 0, 1, 0);
+            self.context.device.cmd_end_rendering(self.commands);
+        }
+    }
+
+    /// Draws `vertices` vertices into `target`.
+    pub fn draw<P: Pod>(&mut self, pipeline: &Pipeline, target: &Image, push: &P, vertices: u32) {
+        self.begin_rendering(target);
+        self.use_pipeline(pipeline, push);
+        // SAFETY: pipeline, resources and target are bound.
+        unsafe {
+            self.context.device.cmd_draw(self.commands, vertices, 1, 0, 0);
+            self.context.device.cmd_end_rendering(self.commands);
+        }
+    }
+
+    fn begin_rendering(&mut self, target: &Image) {
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width: target.width, height: target.height },
+        };
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: target.width as f32,
+            height: target.height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let attachments = [vk::RenderingAttachmentInfo::default()
+            .image_view(target.view)
+            .image_layout(vk::ImageLayout::GENERAL)
+            .load_op(vk::AttachmentLoadOp::LOAD)
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let info =
+            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
+        let device = &self.context.device;
+        // SAFETY: a recording command buffer and a target in layout GENERAL.
+        unsafe {
+            device.cmd_begin_rendering(self.commands, &info);
+            device.cmd_set_viewport(self.commands, 0, &[viewport]);
+            device.cmd_set_scissor(self.commands, 0, &[area]);
+        }
+    }
+
+    fn use_pipeline<P: Pod>(&mut self, pipeline: &Pipeline, push: &P) {
+        let bytes = bytemuck::bytes_of(push);
+        assert_eq!(bytes.len(), pipeline.push_bytes as usize, "push constants match the shader");
+        let device = &self.context.device;
+        // SAFETY: a recording command buffer and a pipeline of this device.
+        unsafe {
+            device.cmd_bind_pipeline(self.commands, pipeline.bind_point, pipeline.handle);
+            if pipeline.set != vk::DescriptorSet::null() {
+                device.cmd_bind_descriptor_sets(
+                    self.commands,
+                    pipeline.bind_point,
+                    pipeline.layout,
+                    0,
+                    &[pipeline.set],
+                    &[],
+                );
+            }
+            if !bytes.is_empty() {
+                device.cmd_push_constants(self.commands, pipeline.layout, pipeline.stages, 0, bytes);
+            }
+        }
+    }
+
+    /// Fills level 0 of an image with zeros.
+    pub fn clear(&mut self, image: &Image) {
+        // SAFETY: an image in layout GENERAL.
+        unsafe {
+            self.context.device.cmd_clear_color_image(
+                self.commands,
+                image.handle,
+                vk::ImageLayout::GENERAL,
+                &vk::ClearColorValue { float32: [0.0; 4] },
+                &[color_range(0, 1)],
+            );
+        }
+    }
+
+    pub(super) fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
+        let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
+        // SAFETY: both buffers hold at least `bytes`.
+        unsafe { self.context.device.cmd_copy_buffer(self.commands, from.handle, to.handle, &region) };
+    }
+
+    pub(super) fn copy_to_image(&mut self, from: &Buffer, to: &Image, level: u32, extent: [u32; 2]) {
+        let region = [image_copy(level, [0, 0], extent)];
+        // SAFETY: the buffer holds the level; the image is in layout GENERAL.
+        unsafe {
+            self.context.device.cmd_copy_buffer_to_image(
+                self.commands,
+                from.handle,
+                to.handle,
+                vk::ImageLayout::GENERAL,
+                &region,
+            );
+        }
+    }
+
+    pub(super) fn copy_from_image(&mut self, from: &Image, offset: [u32; 2], extent: [u32; 2], to: &Buffer) {
+        let region = [image_copy(0, offset, extent)];
+        // SAFETY: the buffer holds the rectangle; the image is in layout GENERAL.
+        unsafe {
+            self.context.device.cmd_copy_image_to_buffer(
+                self.commands,
+                from.handle,
+                vk::ImageLayout::GENERAL,
+                to.handle,
+                &region,
+            );
+        }
+    }
+
+    /// Moves a new image to layout GENERAL, where it stays.
+    pub(super) fn to_general(&mut self, image: vk::Image, range: vk::ImageSubresourceRange) {
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+            .old_layout(vk::ImageLayout::UNDEFINED)
+            .new_layout(vk::ImageLayout::GENERAL)
+            .image(image)
+            .subresource_range(range)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        // SAFETY: a new image of this device.
+        unsafe { self.context.device.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+}
+
+fn color_range(level: u32, levels: u32) -> vk::ImageSubresourceRange {
+    vk::ImageSubresourceRange::default()
+        .aspect_mask(vk::ImageAspectFlags::COLOR)
+        .base_mip_level(level)
+        .level_count(levels)
+        .layer_count(1)
+}
+
+fn image_copy(level: u32, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> vk::BufferImageCopy {
+    vk::BufferImageCopy::default()
+        .image_subresource(
+            vk::ImageSubresourceLayers::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .mip_level(level)
+                .layer_count(1),
+        )
+        .image_offset(vk::Offset3D { x: x as i32, y: y as i32, z: 0 })
+        .image_extent(vk::Extent3D { width, height, depth: 1 })
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        let device = &self.context.device;
+        // SAFETY: submissions are waited for; null handles are allowed.
+        unsafe {
+            device.destroy_query_pool(self.queries, None);
+            device.destroy_fence(self.fence, None);
+            device.destroy_command_pool(self.pool, None);
+        }
+    }
+}

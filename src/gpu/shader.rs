@@ -1,0 +1,42 @@
+//! The shaders that build.rs compiled, with what it read from their SPIR-V.
+
+/// One compiled shader.
+pub struct Shader {
+    /// File name in `glsl/`.
+    pub name: &'static str,
+    pub words: &'static [u32],
+    /// Bindings of descriptor set 0.
+    pub bindings: &'static [Binding],
+    pub push_bytes: u32,
+    /// Workgroup size of a compute shader, else zeros.
+    pub local_size: [u32; 3],
+}
+
+/// One binding of a shader.
+pub struct Binding {
+    pub index: u32,
+    /// Name of the image, or of the first member of the buffer.
+    pub name: &'static str,
+    pub kind: BindingKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BindingKind {
+    StorageBuffer,
+    StorageImage,
+    SampledImage,
+}
+
+/// A struct in a buffer, in bytes.
+pub struct StructLayout {
+    pub name: &'static str,
+    /// Array stride, or size where the struct stands alone.
+    pub size: usize,
+    pub fields: &'static [(&'static str, usize)],
+}
+
+/// One static a shader, and [`shaders::STRUCTS`].
+#[allow(clippy::unreadable_literal)]
+pub mod shaders {
+    include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+}

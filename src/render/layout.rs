@@ -1,0 +1,114 @@
+//! Rust mirrors of `glsl/shared/layout.glsl`, field by field; a test compares the offsets with
+//! the SPIR-V's. See there for meanings and units.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+/// Declares `#[repr(C)]` structs and the list of their offsets.
+macro_rules! mirrors {
+    ($($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty,)* })*) => {
+        $(
+            $(#[$doc])*
+            #[repr(C)]
+            #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+            pub struct $name { $(pub $field: $type,)* }
+        )*
+
+        /// (name, size, offsets of the fields) of every mirror.
+        #[cfg(test)]
+        const MIRRORS: &[(&str, usize, &[(&str, usize)])] = &[$((
+            stringify!($name),
+            size_of::<$name>(),
+            &[$((stringify!($field), std::mem::offset_of!($name, $field)),)*],
+        ),)*];
+    };
+}
+
+mirrors! {
+    Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, unused: f32, }
+    Normals { n0: Vec3, unused0: f32, n1: Vec3, unused1: f32, n2: Vec3, unused2: f32, }
+    Node { lower: Vec3, count: u32, upper: Vec3, first: u32, }
+    Object { color: Vec3, kind: u32, receiver: i32, unused0: u32, unused1: u32, unused2: u32, }
+    Sun { direction: Vec3, angular_radius: f32, irradiance: Vec3, unused: f32, }
+    Receiver {
+        origin: Vec3, tile_x: u32,
+        edge_u: Vec3, tile_y: u32,
+        edge_v: Vec3, width: u32,
+        normal: Vec3, height: u32,
+    }
+    Reflector { triangle: u32, first_patch: u32, subdivision: u32, cumulative_area: f32, }
+    Patch {
+        position: Vec3, triangle: u32,
+        normal: Vec3, area: f32,
+        edge1: Vec3, object: u32,
+        edge2: Vec3, unused0: f32,
+        bend1: Vec3, unused1: f32,
+        bend2: Vec3, unused2: f32,
+    }
+    Footprint {
+        centre: Vec2, inner: f32, outer: f32,
+        conic: Vec3, receiver: u32,
+        peak: Vec3, unused: f32,
+    }
+    PointSplat { irradiance: Vec3, texel: u32, }
+    Profile { inner: f32, support: f32, mean: f32, unused: f32, }
+
+    SamplePush { patch_count: u32, reflector_count: u32, }
+    ProjectPush {
+        first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
+        spread: f32, sharpest: f32, trace: u32,
+    }
+    CompactPush { pair_count: u32, receiver_count: u32, }
+    SplatPush { atlas_size: Vec2, }
+    PointsPush {
+        first_point: u32, batch_points: u32, points: u32,
+        reflector_count: u32, receiver_count: u32, trace: u32,
+    }
+    PointsDrawPush { atlas_size: Vec2, }
+    PinholePush {
+        receiver: u32, first_patch: u32, batch_patches: u32, sun_count: u32,
+        epsilon: f32, spread: f32, sharpest: f32, rotation: f32, has_environment: u32, trace: u32,
+    }
+    DirectPush { receiver: u32, sun_count: u32, has_environment: u32, rotation: f32, trace: u32, }
+    ShadePush {
+        eye: Vec3, sun_count: u32,
+        right: Vec3, has_environment: u32,
+        up: Vec3, rotation: f32,
+        forward: Vec3, side: u32,
+    }
+}
+
+/// [`Object::kind`]
+pub const DIFFUSE: u32 = 0;
+pub const MIRROR: u32 = 1;
+/// [`Object::receiver`]
+pub const NO_RECEIVER: i32 = -1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::shaders::STRUCTS;
+
+    fn differences(mirrors: &[(&str, usize, &[(&str, usize)])]) -> Vec<String> {
+        let mut found = Vec::new();
+        for (name, size, fields) in mirrors {
+            match STRUCTS.iter().find(|s| s.name == *name) {
+                None => found.push(format!("{name} is in no shader")),
+                Some(glsl) if glsl.fields != *fields || glsl.size != *size => {
+                    found.push(format!("{name}: {} {:?}, here {size} {fields:?}", glsl.size, glsl.fields));
+                }
+                Some(_) => {}
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn mirrors_match_the_spirv() {
+        assert_eq!(differences(MIRRORS), Vec::<String>::new());
+        // A shifted field, a wrong size and an unknown struct are seen.
+        assert_eq!(differences(&[("Node", 32, &[("lower", 0), ("count", 16)])]).len(), 1);
+        assert_eq!(differences(&[("CompactPush", 12, &[("pair_count", 0), ("receiver_count", 4)])]).len(), 1);
+        assert_eq!(differences(&[("Nothing", 4, &[])]).len(), 1);
+    }
+}

@@ -1,0 +1,345 @@
+//! The renderer: a list of passes and the barriers between them.
+//!
+//! ```text
+//! scene ─► upload ─► sample ─► project ─► splat ─► shade ─► read back
+//! ```
+//! A mirror is cut into patches (sample). Each patch images each light onto each receiver: a
+//! footprint (project). The footprints are added to the receivers' light maps (splat), which the
+//! view shows (shade). `pinhole` gathers over the patches instead, as the paper does; `points`
+//! replaces patches and footprints by points and single texels.
+
+mod direct;
+mod kernel;
+mod layout;
+mod pinhole;
+mod points;
+mod project;
+mod sample;
+mod shade;
+mod splat;
+mod upload;
+
+use crate::error::{Error, Result};
+use crate::gpu::{Access, Context, Image, PassTime, Recorder, Sampling};
+use crate::image_file::RgbImage;
+use crate::scene::{Camera, Scene};
+use direct::Direct;
+use pinhole::Pinhole;
+use points::Points;
+use project::Project;
+use sample::Sample;
+use shade::Shade;
+use splat::Splat;
+use std::sync::Arc;
+use upload::DeviceScene;
+
+/// How the caustic is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Patches are imaged to footprints, which are added up.
+    Footprint,
+    /// Every texel gathers over all patches (Wand & Straßer 2003).
+    Pinhole,
+    /// Low-discrepancy points, one texel each.
+    Points,
+}
+
+/// Size of light maps, in place of the scene's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightMapSize {
+    /// This many texels wide, as high as keeps the map's shape.
+    Width(u32),
+    Exact([u32; 2]),
+}
+
+impl LightMapSize {
+    /// The size of a map that the scene gives as `texels`.
+    pub fn resolve(self, texels: [u32; 2]) -> [u32; 2] {
+        match self {
+            Self::Exact(size) => size,
+            Self::Width(width) => {
+                let height = f64::from(width) * f64::from(texels[1]) / f64::from(texels[0]);
+                [width, (height.round() as u32).max(1)]
+            }
+        }
+    }
+}
+
+/// What to compute and how finely.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    pub method: Method,
+    /// Patches asked for on the mirrors' lit faces (at least one a triangle is made), or points.
+    pub samples: u32,
+    /// In place of the scene's light-map sizes.
+    pub light_map: Option<LightMapSize>,
+    /// `pinhole`: ε of the form factor's d² + ε, in squared patch diameters.
+    pub epsilon: f32,
+    /// `pinhole`: blur the light by the patch's curvature.
+    pub filter: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { method: Method::Footprint, samples: 16_384, light_map: None, epsilon: 1.0, filter: true }
+    }
+}
+
+/// A scene on a device, ready to be rendered again and again.
+pub struct Renderer {
+    context: Arc<Context>,
+    scene: DeviceScene,
+    light_map: Image,
+    direct_map: Image,
+    caustic: Caustic,
+    direct: Direct,
+    shade: Option<Shade>,
+    recorder: Recorder,
+    notes: Vec<String>,
+}
+
+/// The stages of a method.
+enum Caustic {
+    Footprint { sample: Sample, project: Project, splat: Splat },
+    Pinhole { sample: Sample, pinhole: Pinhole },
+    Points(Points),
+}
+
+impl Renderer {
+    /// Uploads `scene` and compiles the passes of `settings.method`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the scene has nothing to render, [`Error::Device`] where the device
+    /// fails.
+    pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
+        let device = DeviceScene::new(context, scene, settings)?;
+        let light_map = Image::new(context, "light map", device.atlas, 1, Sampling::Clamp)?;
+        let direct_map = Image::new(context, "direct map", device.atlas, 1, Sampling::Clamp)?;
+        let mut notes = device.notes.clone();
+        if device.reflector_count == 0 {
+            notes.push("no caustic: no mirror faces a light".into());
+        }
+        if device.has_environment && settings.method != Method::Pinhole {
+            notes.push(
+                "the environment lights the scene but throws no caustic: only the method pinhole does that"
+                    .into(),
+            );
+        }
+        let caustic = match settings.method {
+            Method::Footprint => {
+                let sample = Sample::new(context, &device)?;
+                let project = Project::new(context, &device, &sample.patches)?;
+                let splat = Splat::new(context, &device, &project)?;
+                Caustic::Footprint { sample, project, splat }
+            }
+            Method::Pinhole => {
+                let sample = Sample::new(context, &device)?;
+                let pinhole = Pinhole::new(context, &device, &sample.patches, &light_map, settings)?;
+                Caustic::Pinhole { sample, pinhole }
+            }
+            Method::Points => Caustic::Points(Points::new(context, &device, settings.samples)?),
+        };
+        let direct = Direct::new(context, &device, &direct_map)?;
+        let recorder = Recorder::new(context)?;
+        Ok(Self {
+            context: context.clone(),
+            scene: device,
+            light_map,
+            direct_map,
+            caustic,
+            direct,
+            shade: None,
+            recorder,
+            notes,
+        })
+    }
+
+    /// What was left out and why, for the user.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Patches (or points) in use.
+    pub fn samples(&self) -> u32 {
+        match &self.caustic {
+            Caustic::Points(points) => points.batches.iter().map(|(_, count)| count).sum(),
+            _ => self.scene.patch_count,
+        }
+    }
+
+    /// Footprints in the light maps after [`Renderer::caustic`]; `None` for other methods or
+    /// where they came in several batches.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn footprints(&self) -> Result<Option<u32>> {
+        match &self.caustic {
+            Caustic::Footprint { project, .. } if project.batches.len() == 1 => {
+                Ok(Some(project.arguments.read::<u32>(5)?[4]))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Submits every pass on its own from now on, so that [`Renderer::take_times`] has wall times.
+    pub fn wait_each_pass(&mut self, wait: bool) {
+        self.recorder.wait_each_pass(wait);
+    }
+
+    /// Times of the passes since the last call.
+    pub fn take_times(&mut self) -> Vec<PassTime> {
+        self.recorder.take_times()
+    }
+
+    /// Renders the caustic into the light maps and waits for it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn caustic(&mut self) -> Result<()> {
+        self.record_caustic()?;
+        self.recorder.submit()
+    }
+
+    fn record_caustic(&mut self) -> Result<()> {
+        let Self { scene, light_map, recorder, .. } = self;
+        recorder.pass("clear", |r| {
+            r.barrier(Access::ANY_WRITE, Access::TRANSFER_WRITE);
+            r.clear(light_map);
+            r.barrier(Access::TRANSFER_WRITE, Access::BLEND.and(Access::COMPUTE));
+        })?;
+        if scene.reflector_count == 0 {
+            return Ok(());
+        }
+        match &self.caustic {
+            Caustic::Footprint { sample, project, splat } => {
+                recorder.pass("sample", |r| {
+                    sample.record(r, scene);
+                    r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+                })?;
+                for batch in &project.batches {
+                    recorder.pass("project", |r| {
+                        project.record_project(r, *batch);
+                        r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+                    })?;
+                    recorder.pass("compact", |r| {
+                        project.record_compact(r, *batch);
+                        r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ.and(Access::INDIRECT_READ));
+                    })?;
+                    recorder.pass("splat", |r| {
+                        splat.record(r, project, light_map);
+                        // The next batch overwrites what this one reads, and adds to its texels.
+                        r.barrier(
+                            Access::BLEND.and(Access::VERTEX_READ).and(Access::INDIRECT_READ),
+                            Access::BLEND.and(Access::COMPUTE),
+                        );
+                    })?;
+                }
+            }
+            Caustic::Pinhole { sample, pinhole } => {
+                recorder.pass("sample", |r| {
+                    sample.record(r, scene);
+                    r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+                })?;
+                for batch in Pinhole::batches(scene) {
+                    recorder.pass("gather", |r| {
+                        pinhole.record(r, scene, batch);
+                        r.barrier(Access::COMPUTE, Access::COMPUTE);
+                    })?;
+                }
+            }
+            Caustic::Points(points) => {
+                for batch in &points.batches {
+                    recorder.pass("trace points", |r| {
+                        points.record_trace(r, scene, *batch);
+                        r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
+                    })?;
+                    recorder.pass("splat points", |r| {
+                        points.record_draw(r, scene, *batch, light_map);
+                        r.barrier(Access::BLEND.and(Access::VERTEX_READ), Access::BLEND.and(Access::COMPUTE));
+                    })?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
+    /// `side`² samples each, as linear radiance.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
+        if self.shade.as_ref().is_none_or(|s| [s.view.width, s.view.height] != size) {
+            self.shade =
+                Some(Shade::new(&self.context, &self.scene, &self.light_map, &self.direct_map, size, side)?);
+        }
+        self.record_caustic()?;
+        self.record_direct(false)?;
+        let Self { scene, recorder, shade, .. } = self;
+        let shade = shade.as_ref().expect("made above");
+        recorder.pass("shade", |r| {
+            r.barrier(Access::BLEND.and(Access::COMPUTE_WRITE), Access::COMPUTE);
+            shade.record(r, scene, camera);
+        })?;
+        self.recorder.submit()
+    }
+
+    fn record_direct(&mut self, with_suns: bool) -> Result<()> {
+        let Self { scene, direct, recorder, .. } = self;
+        recorder.pass("direct", |r| {
+            r.barrier(Access::ANY_WRITE.and(Access::COMPUTE_READ), Access::COMPUTE_WRITE);
+            direct.record(r, scene, with_suns);
+        })
+    }
+
+    /// Renders the direct light of all lights into the direct maps and waits for it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn direct(&mut self) -> Result<()> {
+        self.record_direct(true)?;
+        self.recorder.submit()
+    }
+
+    /// Linear radiance of the last [`Renderer::view`], W/m²/sr.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// Where there was no view.
+    pub fn read_view(&self) -> Result<RgbImage> {
+        let view = &self.shade.as_ref().expect("a view was rendered").view;
+        read(view, [0, 0], [view.width, view.height])
+    }
+
+    /// Caustic irradiance of the receiver `object`, W/m², after [`Renderer::caustic`].
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the object has no light map, [`Error::Device`] where the device fails.
+    pub fn read_caustic(&self, object: usize) -> Result<RgbImage> {
+        self.read_tile(&self.light_map, object)
+    }
+
+    /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`].
+    ///
+    /// # Errors
+    /// As [`Renderer::read_caustic`].
+    pub fn read_direct(&self, object: usize) -> Result<RgbImage> {
+        self.read_tile(&self.direct_map, object)
+    }
+
+    fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
+        let tile = self.scene.tiles.iter().find(|t| t.object == object).ok_or_else(|| Error::Usage {
+            reason: format!("object {object} has no light map"),
+            remedy: "name a diffuse rect with the key lightmap".into(),
+        })?;
+        read(map, tile.origin, tile.size)
+    }
+}
+
+fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {
+    let pixels = image.read(origin, size)?.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+    Ok(RgbImage { width: size[0], height: size[1], pixels })
+}

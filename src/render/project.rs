@@ -1,0 +1,106 @@
+//! project: the image of every light in every patch on every receiver, as a footprint; and
+//! compact: the list of those that exist, in a fixed order.
+
+use super::kernel::{SHARPEST, SPREAD, profiles};
+use super::layout::{CompactPush, Footprint, ProjectPush};
+use super::upload::DeviceScene;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
+use std::sync::Arc;
+
+/// Workgroup size of project.comp and compact.comp.
+const GROUP: u32 = 64;
+/// Bytes that the footprints of one batch may take.
+const MOST_BYTES: u64 = 96 << 20;
+
+pub struct Project {
+    project: Pipeline,
+    compact: Pipeline,
+    pub footprints: Buffer,
+    pub order: Buffer,
+    /// A `VkDrawIndirectCommand` over the listed footprints, and their number.
+    pub arguments: Buffer,
+    /// (first pair, pairs): pairs are patch × sun.
+    pub batches: Vec<(u32, u32)>,
+    patch_count: u32,
+    receiver_count: u32,
+    trace: bool,
+    /// Bound to the pipelines and not named again.
+    _bound: [Buffer; 3],
+}
+
+impl Project {
+    pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
+        let receiver_count = scene.tiles.len() as u32;
+        let pairs = scene.patch_count * scene.sun_count;
+        let slot = size_of::<Footprint>() as u64 * u64::from(receiver_count);
+        let most = MOST_BYTES.min(context.max_storage_bytes()) / slot;
+        let batch = (most as u32 / GROUP * GROUP).max(GROUP).min(pairs.next_multiple_of(GROUP));
+        let batches =
+            (0..pairs).step_by(batch.max(1) as usize).map(|first| (first, batch.min(pairs - first)));
+
+        let slots = u64::from(batch) * u64::from(receiver_count);
+        let footprints = Buffer::new(context, "footprints", u64::from(batch) * slot)?;
+        let counts = Buffer::new(context, "footprint counts", 4 * u64::from(batch))?;
+        let group_counts = Buffer::new(context, "group counts", 4 * u64::from(batch / GROUP))?;
+        let order = Buffer::new(context, "footprint order", 4 * slots)?;
+        let arguments = Buffer::new(context, "draw arguments", 20)?;
+        let profiles = Buffer::with_data(context, "profiles", &profiles())?;
+        let project = Pipeline::compute(
+            context,
+            &shaders::PROJECT_COMP,
+            &[
+                ("triangles", Resource::Buffer(&scene.triangles)),
+                ("nodes", Resource::Buffer(&scene.nodes)),
+                ("objects", Resource::Buffer(&scene.objects)),
+                ("suns", Resource::Buffer(&scene.suns)),
+                ("receivers", Resource::Buffer(&scene.receivers)),
+                ("patches", Resource::Buffer(patches)),
+                ("profiles", Resource::Buffer(&profiles)),
+                ("footprints", Resource::Buffer(&footprints)),
+                ("counts", Resource::Buffer(&counts)),
+                ("group_counts", Resource::Buffer(&group_counts)),
+            ],
+        )?;
+        let compact = Pipeline::compute(
+            context,
+            &shaders::COMPACT_COMP,
+            &[
+                ("counts", Resource::Buffer(&counts)),
+                ("group_counts", Resource::Buffer(&group_counts)),
+                ("order", Resource::Buffer(&order)),
+                ("arguments", Resource::Buffer(&arguments)),
+            ],
+        )?;
+        Ok(Self {
+            project,
+            compact,
+            footprints,
+            order,
+            arguments,
+            batches: batches.collect(),
+            patch_count: scene.patch_count,
+            receiver_count,
+            trace: scene.trace,
+            _bound: [counts, group_counts, profiles],
+        })
+    }
+
+    pub fn record_project(&self, recorder: &mut Recorder, (first_pair, pair_count): (u32, u32)) {
+        let push = ProjectPush {
+            first_pair,
+            pair_count,
+            patch_count: self.patch_count,
+            receiver_count: self.receiver_count,
+            spread: SPREAD,
+            sharpest: SHARPEST,
+            trace: u32::from(self.trace),
+        };
+        recorder.dispatch(&self.project, &push, [pair_count.div_ceil(GROUP), 1, 1]);
+    }
+
+    pub fn record_compact(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
+        let push = CompactPush { pair_count, receiver_count: self.receiver_count };
+        recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(GROUP), 1, 1]);
+    }
+}

@@ -1,0 +1,35 @@
+//! splat: adds the footprints to the light maps, as quads that the vertex stage expands.
+
+use super::layout::SplatPush;
+use super::project::Project;
+use super::upload::DeviceScene;
+use crate::error::Result;
+use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use glam::Vec2;
+use std::sync::Arc;
+
+pub struct Splat {
+    pipeline: Pipeline,
+}
+
+impl Splat {
+    pub fn new(context: &Arc<Context>, scene: &DeviceScene, project: &Project) -> Result<Self> {
+        let pipeline = Pipeline::graphics(
+            context,
+            &shaders::SPLAT_VERT,
+            &shaders::SPLAT_FRAG,
+            Topology::Triangles,
+            &[
+                ("footprints", Resource::Buffer(&project.footprints)),
+                ("order", Resource::Buffer(&project.order)),
+                ("receivers", Resource::Buffer(&scene.receivers)),
+            ],
+        )?;
+        Ok(Self { pipeline })
+    }
+
+    pub fn record(&self, recorder: &mut Recorder, project: &Project, light_map: &Image) {
+        let push = SplatPush { atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32) };
+        recorder.draw_indirect(&self.pipeline, light_map, &push, &project.arguments);
+    }
+}

@@ -1,0 +1,379 @@
+//! upload: the scene as buffers and images on the device.
+//!
+//! The origin moves to the middle of the scene, so that f32 resolves it wherever it lies, and
+//! the triangles go into the order of the leaves of a bounding volume hierarchy.
+
+use super::Settings;
+use super::layout::{self, DIFFUSE, MIRROR, NO_RECEIVER};
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context, Image, Sampling};
+use crate::scene::{EnvironmentMap, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
+use glam::{DVec3, UVec2, Vec3};
+use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2_from_tris, triangle::Triangle as BvhTriangle};
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A receiver's part of the light-map atlas.
+#[derive(Debug, Clone, Copy)]
+pub struct Tile {
+    /// Index into [`Scene::objects`].
+    pub object: usize,
+    pub origin: [u32; 2],
+    pub size: [u32; 2],
+}
+
+/// The scene on the device.
+pub struct DeviceScene {
+    pub triangles: Buffer,
+    pub normals: Buffer,
+    pub nodes: Buffer,
+    pub objects: Buffer,
+    pub suns: Buffer,
+    pub receivers: Buffer,
+    pub reflectors: Buffer,
+    pub environment: Image,
+    pub sun_count: u32,
+    pub has_environment: bool,
+    /// Of the environment, rad.
+    pub rotation: f32,
+    pub reflector_count: u32,
+    pub patch_count: u32,
+    pub tiles: Vec<Tile>,
+    /// Size of the light-map atlas, texels.
+    pub atlas: [u32; 2],
+    /// Whether anything can block the light on its way by the mirrors to the receivers.
+    pub trace: bool,
+    /// Where the device's origin lies in the scene, m.
+    pub origin: DVec3,
+    /// What was left out and why, for the user.
+    pub notes: Vec<String>,
+}
+
+/// Deepest hierarchy that `STACK` of trace.glsl can walk.
+const MAX_DEPTH: usize = 48;
+
+impl DeviceScene {
+    /// Uploads `scene`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there is nothing to light or the light maps do not fit,
+    /// [`Error::Device`] where the device's memory does not suffice.
+    pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
+        let mut notes = Vec::new();
+        let meshes: Vec<Cow<Mesh>> = scene
+            .objects
+            .iter()
+            .map(|object| match &object.geometry {
+                Geometry::Mesh(mesh) => Cow::Borrowed(mesh),
+                Geometry::Rect(rect) => Cow::Owned(rect.to_mesh()),
+            })
+            .collect();
+        let origin = middle(&meshes);
+
+        let soup = Soup::new(scene, &meshes, origin);
+        let (tiles, atlas) = pack_tiles(scene, settings, context.max_image_side())?;
+        let receivers = receivers(scene, &tiles, origin);
+        let objects: Vec<_> = scene
+            .objects
+            .iter()
+            .enumerate()
+            .map(|(index, object)| object_of(scene, object, tiles.iter().position(|t| t.object == index)))
+            .collect();
+
+        let mut suns = Vec::new();
+        let mut environment = None;
+        for light in &scene.lights {
+            match &light.kind {
+                LightKind::Sun { direction, irradiance, angular_radius } => suns.push(layout::Sun {
+                    direction: direction.as_vec3(),
+                    angular_radius: *angular_radius as f32,
+                    irradiance: irradiance.as_vec3(),
+                    unused: 0.0,
+                }),
+                LightKind::Environment { map, scale, rotation } => {
+                    if environment.replace((mip_chain(map, *scale as f32), *rotation as f32)).is_some() {
+                        return Err(Error::Usage {
+                            reason: "the scene has more than one environment".into(),
+                            remedy: "keep one light of kind environment".into(),
+                        });
+                    }
+                }
+            }
+        }
+
+        let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
+        let reflectors = reflectors(scene, &soup, &suns, all_lit, settings.samples);
+        let patch_count = reflectors.last().map_or(0, |r| r.first_patch + r.subdivision * r.subdivision);
+        let trace = can_block(scene, &meshes);
+        if !trace {
+            notes.push("no rays are traced for the caustic: nothing in the scene can block its light".into());
+        }
+        let rotation = environment.as_ref().map_or(0.0, |(_, rotation)| *rotation);
+        let has_environment = environment.is_some();
+        let levels = environment.map_or_else(|| vec![(1, 1, vec![[0.0; 3]])], |(levels, _)| levels);
+        Ok(Self {
+            triangles: Buffer::with_data(context, "triangles", &soup.triangles)?,
+            normals: Buffer::with_data(context, "normals", &soup.normals)?,
+            nodes: Buffer::with_data(context, "nodes", &soup.nodes)?,
+            objects: Buffer::with_data(context, "objects", &objects)?,
+            suns: Buffer::with_data(context, "suns", &suns)?,
+            receivers: Buffer::with_data(context, "receivers", &receivers)?,
+            reflectors: Buffer::with_data(context, "reflectors", &reflectors)?,
+            environment: Image::with_levels(context, "environment", &levels, Sampling::Equirectangular)?,
+            sun_count: suns.len() as u32,
+            has_environment,
+            rotation,
+            reflector_count: reflectors.len() as u32,
+            patch_count,
+            tiles,
+            atlas,
+            trace,
+            origin,
+            notes,
+        })
+    }
+}
+
+/// Middle of the bounding box.
+fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
+    let positions = || meshes.iter().flat_map(|mesh| &mesh.positions);
+    let lower = positions().fold(DVec3::INFINITY, |a, b| a.min(*b));
+    let upper = positions().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
+    0.5 * (lower + upper)
+}
+
+/// All triangles of the scene in the order of the hierarchy's leaves.
+struct Soup {
+    triangles: Vec<layout::Triangle>,
+    normals: Vec<layout::Normals>,
+    nodes: Vec<layout::Node>,
+}
+
+impl Soup {
+    fn new(scene: &Scene, meshes: &[Cow<Mesh>], origin: DVec3) -> Self {
+        let mut triangles = Vec::new();
+        let mut normals = Vec::new();
+        let mut boxes = Vec::new();
+        for (index, (mesh, object)) in meshes.iter().zip(&scene.objects).enumerate() {
+            for corners in &mesh.triangles {
+                let [p0, p1, p2] = corners.map(|c| mesh.positions[c as usize] - origin);
+                let [n0, n1, n2] = corners.map(|c| mesh.normals[c as usize].as_vec3());
+                triangles.push(layout::Triangle {
+                    position: p0.as_vec3(),
+                    object: index as u32,
+                    edge1: (p1 - p0).as_vec3(),
+                    blocks: u32::from(object.blocks_light),
+                    edge2: (p2 - p0).as_vec3(),
+                    unused: 0.0,
+                });
+                normals.push(layout::Normals { n0, n1, n2, ..Default::default() });
+                let corner = |p: DVec3| p.as_vec3().into();
+                boxes.push(BvhTriangle { v0: corner(p0), v1: corner(p1), v2: corner(p2) });
+            }
+        }
+        let mut bvh = build_bvh2_from_tris(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        if depth(&bvh.nodes) > MAX_DEPTH {
+            // Degenerate input, such as thousands of triangles in one place; the plainest
+            // builder gives balanced trees there.
+            bvh = build_bvh2_from_tris(&boxes, BvhBuildParams::fastest_build(), &mut Duration::default());
+        }
+        let nodes = bvh
+            .nodes
+            .iter()
+            .map(|node| layout::Node {
+                lower: Vec3::from(node.aabb().min),
+                count: node.prim_count,
+                upper: Vec3::from(node.aabb().max),
+                first: node.first_index,
+            })
+            .collect();
+        let order = &bvh.primitive_indices;
+        Self {
+            triangles: order.iter().map(|&i| triangles[i as usize]).collect(),
+            normals: order.iter().map(|&i| normals[i as usize]).collect(),
+            nodes,
+        }
+    }
+}
+
+/// Levels of a hierarchy.
+fn depth(nodes: &[obvhs::bvh2::node::Bvh2Node]) -> usize {
+    let mut deepest = 0;
+    let mut open = vec![(0u32, 1usize)];
+    while let Some((index, level)) = open.pop() {
+        deepest = deepest.max(level);
+        let node = &nodes[index as usize];
+        if !node.is_leaf() {
+            open.extend([(node.first_index, level + 1), (node.first_index + 1, level + 1)]);
+        }
+    }
+    deepest
+}
+
+/// Places the receivers' light maps in columns.
+fn pack_tiles(scene: &Scene, settings: &Settings, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
+    let mut tiles: Vec<Tile> = Vec::new();
+    let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
+    for (object, _, texels) in scene.receivers() {
+        let size = settings.light_map.map_or(texels, |asked| asked.resolve(texels));
+        if size.iter().any(|side| *side > max_side) {
+            return Err(Error::Usage {
+                reason: format!("a light map of {}×{} texels is too large for the device", size[0], size[1]),
+                remedy: format!("ask for at most {max_side} texels a side"),
+            });
+        }
+        if y + size[1] > max_side {
+            (x, y) = (width, 0);
+        }
+        tiles.push(Tile { object, origin: [x, y], size });
+        y += size[1];
+        width = width.max(x + size[0]);
+        height = height.max(y);
+    }
+    if tiles.is_empty() {
+        return Err(Error::Usage {
+            reason: "no object of the scene has a light map".into(),
+            remedy: "give a diffuse rect the key `lightmap = [256, 256]`".into(),
+        });
+    }
+    if width > max_side {
+        return Err(Error::Usage {
+            reason: format!("all light maps together do not fit into {max_side}×{max_side} texels"),
+            remedy: "ask for smaller light maps".into(),
+        });
+    }
+    Ok((tiles, [width, height]))
+}
+
+fn receivers(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<layout::Receiver> {
+    scene
+        .receivers()
+        .zip(tiles)
+        .map(|((_, rect, _), tile)| layout::Receiver {
+            origin: (rect.origin - origin).as_vec3(),
+            tile_x: tile.origin[0],
+            edge_u: rect.edge_u.as_vec3(),
+            tile_y: tile.origin[1],
+            edge_v: rect.edge_v.as_vec3(),
+            width: tile.size[0],
+            normal: rect.normal().as_vec3(),
+            height: tile.size[1],
+        })
+        .collect()
+}
+
+fn object_of(scene: &Scene, object: &Object, receiver: Option<usize>) -> layout::Object {
+    let (color, kind) = match scene.materials[object.material].kind {
+        MaterialKind::Mirror { reflectance } => (reflectance, MIRROR),
+        MaterialKind::Diffuse { albedo } => (albedo, DIFFUSE),
+    };
+    layout::Object {
+        color: color.as_vec3(),
+        kind,
+        receiver: receiver.map_or(NO_RECEIVER, |index| index as i32),
+        ..Default::default()
+    }
+}
+
+/// The mirror triangles that face a light, each cut so finely that all together come to about
+/// `samples` patches of about equal area, one a triangle at least.
+fn reflectors(
+    scene: &Scene,
+    soup: &Soup,
+    suns: &[layout::Sun],
+    all_lit: bool,
+    samples: u32,
+) -> Vec<layout::Reflector> {
+    let lit: Vec<(u32, f64)> = (soup.triangles.iter().zip(&soup.normals).enumerate())
+        .filter(|(_, (triangle, normals))| {
+            let object = &scene.objects[triangle.object as usize];
+            let mirror = matches!(scene.materials[object.material].kind, MaterialKind::Mirror { .. });
+            mirror && (all_lit || suns.iter().any(|sun| faces(triangle, normals, sun)))
+        })
+        .map(|(index, (triangle, _))| {
+            (index as u32, 0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length()))
+        })
+        .collect();
+    let total: f64 = lit.iter().map(|(_, area)| area).sum();
+    let (mut first_patch, mut cumulative_area) = (0, 0.0);
+    lit.iter()
+        .map(|&(triangle, area)| {
+            let subdivision = (f64::from(samples) * area / total).sqrt().round().max(1.0) as u32;
+            cumulative_area += area;
+            let reflector = layout::Reflector {
+                triangle,
+                first_patch,
+                subdivision,
+                cumulative_area: cumulative_area as f32,
+            };
+            first_patch += subdivision * subdivision;
+            reflector
+        })
+        .collect()
+}
+
+/// Whether any part of a sun's disc may shine on the triangle's front.
+fn faces(triangle: &layout::Triangle, normals: &layout::Normals, sun: &layout::Sun) -> bool {
+    let lowest = -sun.angular_radius.sin();
+    let geometric = triangle.edge1.cross(triangle.edge2).normalize_or_zero();
+    geometric.dot(sun.direction) > lowest
+        && [normals.n0, normals.n1, normals.n2].iter().any(|n| n.dot(sun.direction) > lowest)
+}
+
+/// Whether light can be blocked on its way to a mirror or from there to a receiver. It cannot
+/// where the only thing that casts shadows is one mirror of which every face sees all others
+/// from behind: flat or convex.
+fn can_block(scene: &Scene, meshes: &[Cow<Mesh>]) -> bool {
+    /// Pairs of faces and vertices worth comparing.
+    const MOST_PAIRS: usize = 200_000_000;
+    let mut blocking = scene.objects.iter().zip(meshes).filter(|(object, _)| object.blocks_light);
+    let Some((_, mesh)) = blocking.next() else { return false };
+    if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > MOST_PAIRS {
+        return true;
+    }
+    let size = mesh.positions.iter().map(|p| p.distance(mesh.positions[0])).fold(0.0, f64::max);
+    mesh.triangles.iter().any(|corners| {
+        let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        mesh.positions.iter().any(|p| normal.dot(*p - a) > 1e-9 * size)
+    })
+}
+
+/// The environment and its averages over solid angle down to one texel.
+fn mip_chain(map: &EnvironmentMap, scale: f32) -> Vec<(u32, u32, Vec<[f32; 3]>)> {
+    let scaled: Vec<_> = map.radiance.iter().map(|rgb| rgb.map(|x| x * scale)).collect();
+    let mut levels = vec![(map.width, map.height, scaled)];
+    while let Some((width, height, pixels)) = levels.last()
+        && UVec2::new(*width, *height).max_element() > 1
+    {
+        let half = halve(*width, *height, pixels);
+        levels.push(half);
+    }
+    levels
+}
+
+fn halve(width: u32, height: u32, pixels: &[[f32; 3]]) -> (u32, u32, Vec<[f32; 3]>) {
+    let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+    // Solid angle of a texel of row y, up to a constant.
+    let weight = |y: u32| {
+        let edge = |row: u32| (f64::from(row) / f64::from(height) * std::f64::consts::PI).cos();
+        edge(y) - edge(y + 1)
+    };
+    let mut half = Vec::with_capacity((w * h) as usize);
+    for y in 0..h {
+        for x in 0..w {
+            let mut sum = [0.0; 3];
+            let mut weights = 0.0;
+            for row in y * height / h..(y + 1) * height / h {
+                for column in x * width / w..(x + 1) * width / w {
+                    let pixel = pixels[(row * width + column) as usize];
+                    (0..3).for_each(|c| sum[c] += weight(row) * f64::from(pixel[c]));
+                    weights += weight(row);
+                }
+            }
+            half.push(sum.map(|s| (s / weights) as f32));
+        }
+    }
+    (w, h, half)
+}
