@@ -3,6 +3,7 @@
 pub mod error;
 pub mod image_file;
 pub mod measure;
+pub mod optics;
 pub mod reference;
 pub mod scene;
 

@@ -160,9 +160,11 @@ impl Scene {
         self.objects
             .iter()
             .enumerate()
-            .filter_map(|(index, object)| match (&object.geometry, object.light_map) {
-                (Geometry::Rect(rect), Some(texels)) => Some((index, rect, texels)),
-                _ => None,
-            })
+            .filter_map(
+                |(index, object)| match (&object.geometry, object.light_map) {
+                    (Geometry::Rect(rect), Some(texels)) => Some((index, rect, texels)),
+                    _ => None,
+                },
+            )
     }
 }
