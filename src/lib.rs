@@ -4,6 +4,7 @@ pub mod error;
 pub mod gpu;
 pub mod image_file;
 pub mod measure;
+pub mod optics;
 pub mod reference;
 pub mod render;
 pub mod scene;

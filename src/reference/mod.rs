@@ -1,1 +1,177 @@
-//! f64 ground truth on the CPU.
+//! Ground truth on the CPU, in f64: the irradiance of a receiver from light that met exactly one
+//! mirror,
+//!
+//!     E(y) = ∫_S L(ω(x,y)) F(x) V cosθ_x cosθ_y / |x−y|² dA          [W/m²]
+//!
+//! averaged over every texel, unbiased, with a standard error. Independent of the renderer, which
+//! solves the same problem:
+//!
+//! - Surfaces are their flat triangles. An element dA of a mirror receives E max(n·s, 0) dA from a
+//!   light in direction s, n the interpolated and normalised vertex normal, and reflects about n.
+//!   It reflects nothing where the light or the reflected ray is behind the flat triangle.
+//! - A mirror's back absorbs; a receiver counts what arrives on its front.
+//! - Every triangle of an object that blocks light blocks both legs, from both sides; a mirror's
+//!   own other triangles too. So a coarse concave mirror with smooth normals loses what leaves
+//!   it at a grazing angle into the neighbouring facet.
+//!
+//! | part of the light | method | file |
+//! |---|---|---|
+//! | suns; bright parts of environments; mirrors nearby | light tracing | [`trace`] |
+//! | dim parts of environments | gathering | [`gather`] |
+//!
+//! Both draw rounds of [`REPLICATES`] independently scrambled batches of Sobol points, and the
+//! spread of the batches gives the standard error (Owen, *Monte Carlo theory, methods and
+//! examples*, chapter 17).
+
+mod gather;
+mod lights;
+mod mirrors;
+mod receiver;
+mod rounds;
+mod sequence;
+mod trace;
+mod visibility;
+
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use glam::DVec3;
+use lights::Emitter;
+use mirrors::MirrorTriangle;
+use receiver::Receiver;
+use std::sync::atomic::{AtomicBool, Ordering};
+use visibility::Blockers;
+
+pub use rounds::{Progress, REPLICATES};
+
+/// Texels from the top row, RGB.
+pub type Map = Vec<[f64; 3]>;
+
+/// Most texels on a side of a light map.
+pub const MAX_TEXELS: u32 = 8192;
+
+/// When to stop, and with which random numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Relative error to reach, see [`Reference::relative_error`].
+    pub error: f64,
+    /// Rays and pairs of points after which to stop in any case.
+    pub max_samples: u64,
+    /// The same seed gives the same bits on any number of cores.
+    pub seed: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            error: 0.005,
+            max_samples: 4_000_000_000,
+            seed: 0,
+        }
+    }
+}
+
+/// Irradiance of a receiver.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    pub width: u32,
+    pub height: u32,
+    /// Texel averages, RGB, W/m²; last row at v = 0, column 0 at u = 0.
+    pub irradiance: Map,
+    /// Standard error of every value of `irradiance`, W/m².
+    pub standard_error: Map,
+    /// Expected L1 error, Σ|E − truth| / ΣE over all texels and channels, if errors are normal:
+    /// √(2/π) Σσ / ΣE. 0 where no light arrives.
+    pub relative_error: f64,
+    /// Rays and pairs of points that were tried.
+    pub samples: u64,
+    /// Flux that the receiver collects, RGB, W.
+    pub received_flux: [f64; 3],
+}
+
+/// What is to be solved, in the form that both methods use.
+struct Problem<'a> {
+    receiver: Receiver,
+    mirrors: Vec<MirrorTriangle>,
+    emitters: Vec<Emitter>,
+    /// `None` if nothing blocks light, so nothing is traced.
+    blockers: Option<Blockers>,
+    cancel: &'a AtomicBool,
+}
+
+impl Problem<'_> {
+    fn blocked(&self, from: DVec3, along: DVec3, length: f64, origin: Option<u32>) -> bool {
+        (self.blockers.as_ref()).is_some_and(|blockers| blockers.block(from, along, length, origin))
+    }
+
+    fn check_cancelled(&self) -> Result<()> {
+        if self.cancel.load(Ordering::Relaxed) {
+            return Err(Error::Cancelled);
+        }
+        Ok(())
+    }
+}
+
+/// Computes the irradiance of the receiver `scene.objects[receiver]` on `texels` (width, height)
+/// from light that met exactly one mirror.
+///
+/// Calls `progress` now and then, stops soon after `cancel` becomes true.
+///
+/// # Errors
+/// [`Error::Usage`] if the object is not a receiver or the options make no sense,
+/// [`Error::Cancelled`].
+pub fn caustic(
+    scene: &Scene,
+    receiver: usize,
+    texels: [u32; 2],
+    options: &Options,
+    progress: &mut dyn FnMut(&Progress),
+    cancel: &AtomicBool,
+) -> Result<Reference> {
+    check(texels, options)?;
+    let rect = (scene.receivers())
+        .find_map(|(index, rect, _)| (index == receiver).then_some(*rect))
+        .ok_or_else(|| Error::Usage {
+            reason: format!("object {receiver} of the scene is not a receiver"),
+            remedy: "choose a rect with a light map".into(),
+        })?;
+    let problem = Problem {
+        receiver: Receiver::new(rect, texels),
+        mirrors: mirrors::mirror_triangles(scene),
+        emitters: scene.lights.iter().filter_map(Emitter::new).collect(),
+        blockers: Blockers::new(&mirrors::triangles_that_block(scene)),
+        cancel,
+    };
+    let solution = rounds::solve(&problem, options, progress)?;
+    let [width, height] = texels;
+    let texel_area = problem.receiver.texel_area();
+    let total = solution
+        .irradiance
+        .iter()
+        .fold(DVec3::ZERO, |sum, &e| sum + DVec3::from(e));
+    Ok(Reference {
+        width,
+        height,
+        received_flux: (total * texel_area).to_array(),
+        irradiance: solution.irradiance,
+        standard_error: solution.standard_error,
+        relative_error: solution.relative_error,
+        samples: solution.samples,
+    })
+}
+
+fn check(texels: [u32; 2], options: &Options) -> Result<()> {
+    let usage = |reason: String, remedy: String| Err(Error::Usage { reason, remedy });
+    if texels.iter().any(|n| !(1..=MAX_TEXELS).contains(n)) {
+        return usage(
+            format!("a light map of {}x{} texels", texels[0], texels[1]),
+            format!("ask for 1 to {MAX_TEXELS} texels on a side"),
+        );
+    }
+    if !(options.error > 0.0 && options.error < 1.0) {
+        return usage(
+            format!("a relative error of {}", options.error),
+            "ask for an error between 0 and 1, such as 0.005".into(),
+        );
+    }
+    Ok(())
+}
