@@ -94,7 +94,7 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
         if (push.spread > 0.0) {
             vec3 of_light = vec3(1.0, 0.0, 1.0) * (0.25 * radius * radius);
             Kernel kernel = kernel_for(of_patch + of_light, of_light, push.sharpest);
-            value = kernel.peak * kernel_value(kernel.inner, kernel.outer, quadratic2(kernel.conic, place));
+            value = kernel.peak * kernel_value(kernel.shape, quadratic2(kernel.conic, place));
         } else {
             value = dot(place, place) < radius * radius ? 1.0 / (PI * radius * radius) : 0.0;
         }

@@ -44,6 +44,8 @@ const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, v
 bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footprint) {
     Receiver receiver = receivers[index];
     vec3 m = receiver.normal;
+    // A patch may touch the receiver, its centroid must be before it.
+    if (dot(receiver.origin - patch_.position, m) >= 0.0) return false;
     vec2 image[3];
     vec2 centre = vec2(0.0);
     float mean_distance = 0.0;
@@ -54,8 +56,8 @@ bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         vec3 r = mirrored(sun.direction, n);
         float along = dot(r, m);
         float away = dot(receiver.origin - x, m);
-        // The ray must meet the plane from the front.
-        if (along >= -1e-6 || away >= 0.0) return false;
+        // The ray must run toward the front of the plane.
+        if (along >= -1e-6) return false;
         float d = away / along;
         image[i] = to_texels(receiver, x + d * r);
         centre += image[i] / 3.0;
@@ -69,9 +71,9 @@ bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     vec3 r = mirrored(sun.direction, normalize(patch_.normal));
     vec3 a, b;
     basis(r, a, b);
-    float reach = 0.5 * sun.angular_radius * mean_distance;
-    vec2 ja = texel_direction(receiver, reach * (a - r * (dot(a, m) / dot(r, m))));
-    vec2 jb = texel_direction(receiver, reach * (b - r * (dot(b, m) / dot(r, m))));
+    float spread = 0.5 * sun.angular_radius * mean_distance;
+    vec2 ja = texel_direction(receiver, spread * (a - r * (dot(a, m) / dot(r, m))));
+    vec2 jb = texel_direction(receiver, spread * (b - r * (dot(b, m) / dot(r, m))));
     vec3 of_light = outer2(ja) + outer2(jb);
 
     vec3 of_texel = vec3(1.0, 0.0, 1.0) / 12.0;
@@ -93,19 +95,29 @@ bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
 
     // W to W/m^2 in a texel.
     vec3 peak = flux * (kernel.peak / texel_area(receiver));
-    vec2 first = floor(centre - half_size);
+
+    // The line in which the patch's plane cuts the receiver, where the footprint reaches it.
+    vec3 n = cross(patch_.edge1, patch_.edge2);
+    float before = dot(n, from_texels(receiver, centre) - patch_.position);
+    vec2 edge = vec2(
+        dot(n, receiver.edge_u) / float(receiver.width),
+        -dot(n, receiver.edge_v) / float(receiver.height)) / before;
+    float reach = quadratic2(inverse2(kernel.conic), edge);
+    vec2 fold = before > 0.0 && reach > 1.0 ? edge * (4.0 / reach) : vec2(0.0);
+
+    // A small footprint is normalised over its texels.
+    vec2 first = floor(centre - half_size) + 0.5;
     vec2 box = ceil(centre + half_size) - first;
     if (box.x * box.y <= FEW_TEXELS) {
         float sum = 0.0;
-        for (float y = 0.5; y < box.y; y += 1.0) {
-            for (float x = 0.5; x < box.x; x += 1.0) {
-                float t = quadratic2(kernel.conic, first + vec2(x, y) - centre);
-                sum += kernel_value(kernel.inner, kernel.outer, t);
+        for (float y = 0.0; y < box.y; y += 1.0) {
+            for (float x = 0.0; x < box.x; x += 1.0) {
+                sum += footprint_value(kernel.shape, kernel.conic, fold, first + vec2(x, y) - centre);
             }
         }
         if (sum > 0.0) peak /= sum * kernel.peak;
     }
-    footprint = Footprint(centre, kernel.inner, kernel.outer, kernel.conic, index, peak, 0.0);
+    footprint = Footprint(centre, kernel.shape, index, kernel.conic, fold.x, peak, fold.y);
     return true;
 }
 

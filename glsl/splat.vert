@@ -9,8 +9,8 @@ layout(std430, binding = 2) readonly buffer Receivers { Receiver receivers[]; };
 layout(push_constant) uniform SplatPush {
     vec2 atlas_size;  // texels
 } push;
-layout(location = 0) out flat vec4 centre_and_shape;
-layout(location = 1) out flat vec3 conic;
+layout(location = 0) out flat vec4 centre_and_fold;
+layout(location = 1) out flat vec4 conic_and_shape;
 layout(location = 2) out flat vec3 peak;
 
 const vec2 CORNERS[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(-1, 1), vec2(-1, 1), vec2(1, -1), vec2(1, 1));
@@ -23,8 +23,8 @@ void main() {
     vec2 low = vec2(receiver.tile_x, receiver.tile_y);
     vec2 corner = footprint.centre + CORNERS[gl_VertexIndex % 6] * half_size;
     corner = clamp(corner, low, low + vec2(receiver.width, receiver.height));
-    centre_and_shape = vec4(footprint.centre, footprint.inner, footprint.outer);
-    conic = c;
+    centre_and_fold = vec4(footprint.centre, footprint.fold_x, footprint.fold_y);
+    conic_and_shape = vec4(c, footprint.shape);
     peak = footprint.peak;
     gl_Position = vec4(corner / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -3,12 +3,10 @@
 
 const int PROFILES = 64;
 
-// K(d) = peak (1 - t^inner)^outer, t = d^T conic d < 1, with the covariance asked for and
-// integral 1.
+// peak kernel_value(shape, d^T conic d), with the covariance asked for and integral 1.
 struct Kernel {
     vec3 conic;
-    float inner;
-    float outer;
+    float shape;
     float peak;
 };
 
@@ -21,18 +19,17 @@ Kernel kernel_for(vec3 covariance, vec3 light, float sharpest) {
     float determinant = determinant2(inverse) * determinant2(light);
     float q = trace * trace - 4.0 / 3.0 * determinant;
     float p = clamp(8.0 / max(q, 1e-6) - 3.0, 0.0, sharpest);
-    float inner = 1.0, outer = p, support = 2.0 * (p + 2.0), mean = 1.0 / (p + 1.0);
+    float shape = p, support = 2.0 * (p + 2.0), mean = 1.0 / (p + 1.0);
     if (p < 1.5) {
         float place = p / 1.5 * float(PROFILES - 1);
         int index = min(int(place), PROFILES - 2);
         Profile a = profiles[index];
         Profile b = profiles[index + 1];
         float f = place - float(index);
-        inner = mix(a.inner, b.inner, f);
+        shape = -mix(a.inner, b.inner, f);
         support = mix(a.support, b.support, f);
         mean = mix(a.mean, b.mean, f);
-        outer = 1.5;
     }
     float peak = sqrt(determinant2(inverse)) / (PI * support * mean);
-    return Kernel(inverse / support, inner, outer, peak);
+    return Kernel(inverse / support, shape, peak);
 }

@@ -22,10 +22,27 @@ float trace2(vec3 a, vec3 b) {
     return a.x * b.x + 2.0 * a.y * b.y + a.z * b.z;
 }
 
-// K(d) = peak (1 - t^inner)^outer, t = d^T conic d < 1: without the peak.
-float kernel_value(float inner, float outer, float t) {
+// The kernel at t = d^T conic d, of integral pi mean / sqrt(det conic): (1 - t)^p for a shape
+// p >= 1.5, and, flatter, (1 - t^n)^1.5 for a shape -n <= -1.
+float kernel_value(float shape, float t) {
     if (t >= 1.0) return 0.0;
-    float base = 1.0 - (inner == 1.0 ? t : pow(t, inner));
-    if (outer == 4.0) return base * base * base * base;
-    return outer == 1.5 ? base * sqrt(base) : pow(base, outer);
+    float base = 1.0 - (shape < 0.0 ? pow(t, -shape) : t);
+    float square = base * base;
+    if (shape == 4.0) return square * square;
+    return shape < 0.0 ? base * sqrt(base) : pow(base, shape);
+}
+
+// A patch throws no light behind its own plane, which cuts the receiver in the line
+// 1 + edge.d = 0. The part of the kernel beyond it is folded back, mirrored at the line in the
+// metric of the conic, which keeps the flux and, where patches end in that line, the evenness of
+// their sum. Mirroring adds m = 4 (1 + edge.d) / (edge^T conic^-1 edge) to t: `fold` is edge times
+// 4 / (edge^T conic^-1 edge), zero where the line is out of reach. A texel on the line counts by
+// its share before it.
+float footprint_value(float shape, vec3 conic, vec2 fold, vec2 d) {
+    float t = quadratic2(conic, d);
+    float value = kernel_value(shape, t);
+    if (fold == vec2(0.0)) return value;
+    float m = 0.25 * quadratic2(inverse2(conic), fold) + dot(fold, d);
+    float share = clamp(0.5 + m / length(fold), 0.0, 1.0);
+    return share * (value + kernel_value(shape, t + m));
 }

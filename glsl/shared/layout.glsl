@@ -85,16 +85,16 @@ struct Patch {
     float unused2;
 };
 
-// The image of a light in a patch on a receiver: irradiance
-// peak (1 - t^inner)^outer with t = (y - centre)^T conic (y - centre) < 1, in texels of the atlas.
+// The image of a light in a patch on a receiver: a kernel around `centre`, in texels of the atlas,
+// with what would lie behind the patch's plane folded back; see footprint_value in kernel.glsl.
 struct Footprint {
     vec2 centre;
-    float inner;
-    float outer;
-    vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
+    float shape;
     uint receiver;
+    vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
+    float fold_x;
     vec3 peak;       // W/m^2
-    float unused;
+    float fold_y;
 };
 
 // A point's flux over its texel's area.

@@ -46,9 +46,9 @@ mirrors! {
         bend2: Vec3, unused2: f32,
     }
     Footprint {
-        centre: Vec2, inner: f32, outer: f32,
-        conic: Vec3, receiver: u32,
-        peak: Vec3, unused: f32,
+        centre: Vec2, shape: f32, receiver: u32,
+        conic: Vec3, fold_x: f32,
+        peak: Vec3, fold_y: f32,
     }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { inner: f32, support: f32, mean: f32, unused: f32, }
