@@ -82,6 +82,16 @@ pub fn refused(path: &Path, reason: &str, remedy: &str) -> Error {
     Error::Input { file: path.to_owned(), place: None, reason: reason.into(), remedy: remedy.into() }
 }
 
+/// An error on a line of a file.
+pub fn at_line(path: &Path, line: usize, reason: &str, remedy: &str) -> Error {
+    Error::Input {
+        file: path.to_owned(),
+        place: Some(format!("line {line}")),
+        reason: reason.into(),
+        remedy: remedy.into(),
+    }
+}
+
 fn unreadable(path: &Path, error: &std::io::Error) -> Error {
     let reason = format!("cannot be read: {error}");
     refused(path, &reason, "check the path and your right to read the file")

@@ -25,15 +25,18 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
         refused(path, &reason, "export the image again as .hdr or .exr with RGB channels")
     };
     let content = || asset::read(path, MAX_BYTES).map(Cursor::new);
-    let (image, exposure) = match extension.as_deref().and_then(|e| e.to_str()) {
+    let (image, factor) = match extension.as_deref().and_then(|e| e.to_str()) {
         Some("hdr") => {
             let decoder = HdrDecoder::new(content()?).map_err(undecodable)?;
-            let exposure = decoder.metadata().exposure.unwrap_or(1.0);
-            (decode(path, decoder)?, exposure)
+            // What the file says its pixels were multiplied by.
+            let header = decoder.metadata();
+            let exposure = header.exposure.unwrap_or(1.0);
+            let (r, g, b) = header.color_correction.unwrap_or((1.0, 1.0, 1.0));
+            (decode(path, decoder)?, [r, g, b].map(|c| c * exposure))
         }
         Some("exr") => {
             let decoder = OpenExrDecoder::new(content()?).map_err(undecodable)?;
-            (decode(path, decoder)?, 1.0)
+            (decode(path, decoder)?, [1.0; 3])
         }
         _ => {
             let reason = "an environment is an .hdr or .exr image";
@@ -50,9 +53,11 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
     }
     let mut radiance = Vec::with_capacity(width as usize * height as usize);
     for (column, row, pixel) in image.enumerate_pixels() {
-        // A Radiance file's EXPOSURE is what its pixels were multiplied by.
-        let rgb = pixel.0.map(|value| value / exposure);
-        if !rgb.iter().all(|value| value.is_finite() && *value >= 0.0) {
+        let rgb = std::array::from_fn(|i| pixel[i] / factor[i]);
+        if !rgb
+            .iter()
+            .all(|value: &f32| value.is_finite() && *value >= 0.0)
+        {
             return Err(Error::Input {
                 file: path.to_owned(),
                 place: Some(format!("column {column}, row {row} from the top left pixel (0, 0)")),

@@ -1,8 +1,9 @@
 //! The text of a scene file: its TOML schema, and errors that name line and column.
 
 use crate::error::{Error, Result};
+use glam::DVec3;
 use serde::Deserialize;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 use toml::{Spanned, Value};
 
@@ -15,9 +16,9 @@ pub type Triple = Spanned<[f64; 3]>;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneEntry {
-    #[allow(dead_code, reason = "read by `parse` before the rest")]
+    #[allow(dead_code, reason = "judged before the rest is read")]
     version: Value,
-    pub camera: CameraEntry,
+    pub camera: Spanned<CameraEntry>,
     #[serde(default)]
     pub light: Vec<LightEntry>,
     #[serde(default)]
@@ -29,13 +30,13 @@ pub struct SceneEntry {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraEntry {
-    pub position: Triple,
-    pub target: Triple,
-    pub fov_degrees: Spanned<f64>,
+    pub position: Option<Triple>,
+    pub target: Option<Triple>,
+    pub fov_degrees: Option<Spanned<f64>>,
     pub exposure_ev: Option<Spanned<f64>>,
 }
 
-/// A light; which keys it needs depends on `kind`.
+/// A light; which keys it has depends on `kind`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightEntry {
@@ -49,7 +50,7 @@ pub struct LightEntry {
     pub rotation_degrees: Option<Spanned<f64>>,
 }
 
-/// A material; which keys it needs depends on `kind`.
+/// A material; which keys it has depends on `kind`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialEntry {
@@ -69,20 +70,15 @@ pub struct ObjectEntry {
     pub waves: Option<Spanned<Value>>,
     pub material: Option<Spanned<String>>,
     pub lightmap: Option<Spanned<[i64; 2]>>,
-    #[serde(default = "yes")]
-    pub blocks_light: bool,
+    pub blocks_light: Option<bool>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RectEntry {
-    pub origin: Triple,
-    pub edge_u: Triple,
-    pub edge_v: Triple,
-}
-
-fn yes() -> bool {
-    true
+    pub origin: Option<Triple>,
+    pub edge_u: Option<Triple>,
+    pub edge_v: Option<Triple>,
 }
 
 /// A scene file's path and text, for errors that say where.
@@ -94,19 +90,24 @@ pub struct Source<'a> {
 impl Source<'_> {
     /// The entries as written; what they mean is not checked yet.
     pub fn parse(&self) -> Result<SceneEntry> {
-        /// The version alone comes first: another version may have other keys.
+        /// Judged first: another version may have other keys.
         #[derive(Deserialize)]
         struct Head {
             version: Option<Spanned<Value>>,
         }
         let head: Head = toml::from_str(self.text).map_err(|e| self.syntax_error(&e))?;
         let version = head.version.ok_or_else(|| {
-            let reason = if self.text.trim().is_empty() {
+            let empty = self.text.trim().is_empty();
+            let reason = if empty {
                 "the file is empty"
             } else {
                 "the key `version` is missing"
             };
-            self.error(0..0, reason, "start the scene file with `version = 1`")
+            self.error(
+                0..0,
+                reason,
+                &format!("start the scene file with `version = {VERSION}`"),
+            )
         })?;
         if *version.get_ref() != Value::Integer(VERSION) {
             let reason = format!("version {} is not supported", version.get_ref());
@@ -132,6 +133,103 @@ impl Source<'_> {
             place: Some(format!("line {line}, column {column}")),
             reason: reason.into(),
             remedy: remedy.into(),
+        }
+    }
+}
+
+/// The keys of one table; all its errors start with its name.
+pub struct Section<'a> {
+    pub source: &'a Source<'a>,
+    /// As in `light "sun"`.
+    pub owner: String,
+    /// Where the owner stands.
+    pub span: Range<usize>,
+}
+
+impl Section<'_> {
+    /// An error at one of the keys.
+    pub fn error(&self, span: Range<usize>, reason: &str, remedy: &str) -> Error {
+        let reason = format!("{}: {reason}", self.owner);
+        self.source.error(span, &reason, remedy)
+    }
+
+    /// A key that has to be there.
+    pub fn required<'k, T>(&self, key: &str, value: &'k Option<T>) -> Result<&'k T> {
+        value.as_ref().ok_or_else(|| {
+            let reason = format!("the key `{key}` is missing");
+            self.error(
+                self.span.clone(),
+                &reason,
+                &format!("add `{key} = ...` to it"),
+            )
+        })
+    }
+
+    /// A number within a range.
+    pub fn number(
+        &self,
+        key: &str,
+        value: &Option<Spanned<f64>>,
+        range: RangeInclusive<f64>,
+    ) -> Result<f64> {
+        let value = self.required(key, value)?;
+        self.check(key, &[*value.get_ref()], value.span(), range)?;
+        Ok(*value.get_ref())
+    }
+
+    /// A number within a range, or `default` where there is none.
+    pub fn number_or(
+        &self,
+        default: f64,
+        key: &str,
+        value: &Option<Spanned<f64>>,
+        range: RangeInclusive<f64>,
+    ) -> Result<f64> {
+        if value.is_none() {
+            Ok(default)
+        } else {
+            self.number(key, value, range)
+        }
+    }
+
+    /// Three numbers within a range.
+    pub fn triple(
+        &self,
+        key: &str,
+        value: &Option<Triple>,
+        range: RangeInclusive<f64>,
+    ) -> Result<DVec3> {
+        let value = self.required(key, value)?;
+        self.check(key, value.get_ref(), value.span(), range)?;
+        Ok(DVec3::from(*value.get_ref()))
+    }
+
+    fn check(
+        &self,
+        key: &str,
+        values: &[f64],
+        span: Range<usize>,
+        range: RangeInclusive<f64>,
+    ) -> Result<()> {
+        // No range contains NaN.
+        match values.iter().find(|value| !range.contains(value)) {
+            None => Ok(()),
+            Some(value) => {
+                let (low, high) = (range.start(), range.end());
+                let reason = format!("{key}: {value} is not within {low} and {high}");
+                Err(self.error(span, &reason, "correct the number"))
+            }
+        }
+    }
+
+    /// Refuses a key that is there although an owner of this kind does not have it.
+    pub fn refuse<T>(&self, kind: &str, key: &str, value: &Option<Spanned<T>>) -> Result<()> {
+        match value {
+            None => Ok(()),
+            Some(value) => {
+                let reason = format!("the kind `{kind}` has no key `{key}`");
+                Err(self.error(value.span(), &reason, "remove the key"))
+            }
         }
     }
 }

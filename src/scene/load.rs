@@ -21,10 +21,12 @@
 //! own folder.
 
 use super::asset::{self, AssetRoot, refused};
-use super::file::{CameraEntry, LightEntry, MaterialEntry, ObjectEntry, RectEntry, Source, Triple};
+use super::file::{
+    CameraEntry, LightEntry, MaterialEntry, ObjectEntry, RectEntry, Section, Source,
+};
 use super::{Camera, Geometry, Light, LightKind, Material, MaterialKind, Object, Rect, Scene};
 use super::{environment, mesh, obj};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use glam::DVec3;
 use std::collections::HashSet;
 use std::ops::{Range, RangeInclusive};
@@ -37,7 +39,7 @@ const MAX_BYTES: u64 = 16 << 20;
 /// Coordinates, m.
 const METRES: RangeInclusive<f64> = -1e9..=1e9;
 /// Texels of a light map's side.
-const MAX_LIGHT_MAP_SIDE: u32 = 16384;
+const LIGHT_MAP_SIDES: RangeInclusive<u32> = 1..=16384;
 
 /// A scene that is fit to be rendered.
 #[derive(Debug)]
@@ -50,128 +52,134 @@ pub struct Loaded {
 /// Reads a scene file and the files that it names.
 ///
 /// # Errors
-/// [`Error::Input`] that names file, line and column.
+/// [`Error::Input`](crate::Error::Input) that names file, line and column.
 pub fn load(path: &Path) -> Result<Loaded> {
     let content = asset::read(path, MAX_BYTES)?;
-    let text = String::from_utf8(content)
-        .map_err(|e| refused(path, &format!("not UTF-8 text: {e}"), "name a scene file in TOML"))?;
+    let text = String::from_utf8(content).map_err(|e| {
+        refused(
+            path,
+            &format!("not UTF-8 text: {e}"),
+            "name a scene file in TOML",
+        )
+    })?;
     let source = Source { path, text: &text };
     let entry = source.parse()?;
     let mut loader = Loader {
-        source,
+        source: &source,
         root: AssetRoot::of(path)?,
         names: HashSet::new(),
-        warnings: Vec::new(),
         materials: Vec::new(),
         objects: Vec::new(),
+        warnings: Vec::new(),
     };
     let camera = loader.camera(&entry.camera)?;
-    let lights = (entry.light.iter()).map(|light| loader.light(light)).collect::<Result<Vec<_>>>()?;
+    let lights: Result<Vec<Light>> = (entry.light.iter())
+        .map(|light| loader.light(light))
+        .collect();
+    let lights = lights?;
     for material in &entry.material {
         loader.material(material)?;
     }
     for object in &entry.object {
         loader.object(object)?;
     }
-    if loader.objects.is_empty() {
+    let Loader {
+        materials,
+        objects,
+        mut warnings,
+        ..
+    } = loader;
+    if objects.is_empty() {
         let remedy = "add an `[[object]]` with a `mesh` or a `rect`";
         return Err(refused(path, "the scene has no object", remedy));
     }
     if lights.is_empty() {
-        let warning = format!("{}: there is no `[[light]]`, so the picture is black", path.display());
-        loader.warnings.push(warning);
+        warnings.push(format!(
+            "{}: without a `[[light]]` the picture is black",
+            path.display()
+        ));
     }
-    let Loader { materials, objects, warnings, .. } = loader;
-    Ok(Loaded { scene: Scene { camera, lights, materials, objects }, warnings })
+    let scene = Scene {
+        camera,
+        lights,
+        materials,
+        objects,
+    };
+    Ok(Loaded { scene, warnings })
 }
 
 /// A scene in the making.
 struct Loader<'a> {
-    source: Source<'a>,
+    source: &'a Source<'a>,
     root: AssetRoot,
     /// (kind of thing, name) of everything so far.
     names: HashSet<(&'static str, String)>,
-    warnings: Vec<String>,
     materials: Vec<Material>,
     objects: Vec<Object>,
+    warnings: Vec<String>,
 }
 
-/// A key that the format knows but the kind of its owner does not, and where it is used.
-type ForeignKey<'a> = (&'a str, Option<Range<usize>>);
-
-impl Loader<'_> {
-    fn camera(&self, entry: &CameraEntry) -> Result<Camera> {
-        let position = self.triple("camera: position", &entry.position, METRES)?;
-        let target = self.triple("camera: target", &entry.target, METRES)?;
+impl<'a> Loader<'a> {
+    fn camera(&self, entry: &Spanned<CameraEntry>) -> Result<Camera> {
+        let section = Section {
+            source: self.source,
+            owner: "camera".into(),
+            span: entry.span(),
+        };
+        let entry = entry.get_ref();
+        let position = section.triple("position", &entry.position, METRES)?;
+        let target = section.triple("target", &entry.target, METRES)?;
         let Some(view) = mesh::unit(target - position) else {
-            let reason = "camera: position and target are the same point";
-            return Err(self.source.error(entry.target.span(), reason, "move one of them"));
+            let reason = "position and target are the same point";
+            return Err(section.error(section.span.clone(), reason, "move one of them"));
         };
         if view.cross(DVec3::Y).length() < 1e-6 {
-            let reason = "camera: it looks straight along the y axis, so that up is undefined";
+            let reason = "it looks straight along the y axis, so that up is undefined";
             let remedy = "move position or target a little sideways";
-            return Err(self.source.error(entry.target.span(), reason, remedy));
+            return Err(section.error(section.span.clone(), reason, remedy));
         }
-        let fov = self.number("camera: fov_degrees", &entry.fov_degrees, 0.001..=179.999)?;
-        let exposure_ev = match &entry.exposure_ev {
-            Some(ev) => self.number("camera: exposure_ev", ev, -64.0..=64.0)?,
-            None => 0.0,
-        };
-        Ok(Camera { position, target, fov: fov.to_radians(), exposure_ev })
+        let fov = section.number("fov_degrees", &entry.fov_degrees, 0.001..=179.999)?;
+        let exposure_ev =
+            section.number_or(0.0, "exposure_ev", &entry.exposure_ev, -64.0..=64.0)?;
+        Ok(Camera {
+            position,
+            target,
+            fov: fov.to_radians(),
+            exposure_ev,
+        })
     }
 
     fn light(&mut self, entry: &LightEntry) -> Result<Light> {
-        let owner = self.register("light", entry.name.get_ref(), &entry.name)?;
-        let what = |key: &str| format!("{owner}: {key}");
-        let missing = |key: &str| self.missing(&entry.name, &owner, key);
+        let section = self.section("light", &entry.name)?;
         let kind = match entry.kind.get_ref().as_str() {
-            "sun" => {
-                self.refuse_keys(
-                    &[
-                        foreign("file", &entry.file),
-                        foreign("scale", &entry.scale),
-                        foreign("rotation_degrees", &entry.rotation_degrees),
-                    ],
-                    &owner,
-                    "sun",
-                )?;
-                let direction = entry.direction.as_ref().ok_or_else(|| missing("direction"))?;
-                let irradiance = entry.irradiance.as_ref().ok_or_else(|| missing("irradiance"))?;
-                let radius = (entry.angular_radius_degrees.as_ref())
-                    .ok_or_else(|| missing("angular_radius_degrees"))?;
-                let toward = self.triple(&what("direction"), direction, METRES)?;
+            kind @ "sun" => {
+                section.refuse(kind, "file", &entry.file)?;
+                section.refuse(kind, "scale", &entry.scale)?;
+                section.refuse(kind, "rotation_degrees", &entry.rotation_degrees)?;
+                let direction = section.triple("direction", &entry.direction, METRES)?;
+                let radius = &entry.angular_radius_degrees;
+                let radius = section.number("angular_radius_degrees", radius, 0.0..=89.999)?;
                 LightKind::Sun {
-                    direction: mesh::unit(toward).ok_or_else(|| {
-                        let reason = format!("{owner}: direction has no length");
+                    direction: mesh::unit(direction).ok_or_else(|| {
                         let remedy = "name a vector from the scene toward the light";
-                        self.source.error(direction.span(), &reason, remedy)
+                        section.error(span(&entry.direction), "direction has no length", remedy)
                     })?,
-                    irradiance: self.triple(&what("irradiance"), irradiance, 0.0..=1e9)?,
-                    angular_radius: self
-                        .number(&what("angular_radius_degrees"), radius, 0.0..=89.999)?
-                        .to_radians(),
+                    irradiance: section.triple("irradiance", &entry.irradiance, 0.0..=1e9)?,
+                    angular_radius: radius.to_radians(),
                 }
             }
-            "environment" => {
-                self.refuse_keys(
-                    &[
-                        foreign("direction", &entry.direction),
-                        foreign("irradiance", &entry.irradiance),
-                        foreign("angular_radius_degrees", &entry.angular_radius_degrees),
-                    ],
-                    &owner,
-                    "environment",
+            kind @ "environment" => {
+                section.refuse(kind, "direction", &entry.direction)?;
+                section.refuse(kind, "irradiance", &entry.irradiance)?;
+                section.refuse(
+                    kind,
+                    "angular_radius_degrees",
+                    &entry.angular_radius_degrees,
                 )?;
-                let file = entry.file.as_ref().ok_or_else(|| missing("file"))?;
-                let scale = match &entry.scale {
-                    Some(scale) => self.number(&what("scale"), scale, 0.0..=1e9)?,
-                    None => 1.0,
-                };
-                let rotation = match &entry.rotation_degrees {
-                    Some(angle) => self.number(&what("rotation_degrees"), angle, -1e6..=1e6)?,
-                    None => 0.0,
-                };
-                let path = self.resolve(file, &owner)?;
+                let scale = section.number_or(1.0, "scale", &entry.scale, 0.0..=1e9)?;
+                let angle = &entry.rotation_degrees;
+                let rotation = section.number_or(0.0, "rotation_degrees", angle, -1e6..=1e6)?;
+                let path = self.resolve(&section, section.required("file", &entry.file)?)?;
                 LightKind::Environment {
                     map: Arc::new(environment::read(&path, &mut self.warnings)?),
                     scale,
@@ -179,82 +187,82 @@ impl Loader<'_> {
                 }
             }
             other => {
-                let reason = format!("{owner}: there is no kind `{other}`");
+                let reason = format!("there is no kind `{other}`");
                 let remedy = "use `sun` or `environment`";
-                return Err(self.source.error(entry.kind.span(), &reason, remedy));
+                return Err(section.error(entry.kind.span(), &reason, remedy));
             }
         };
-        Ok(Light { name: entry.name.get_ref().clone(), kind })
+        Ok(Light {
+            name: entry.name.get_ref().clone(),
+            kind,
+        })
     }
 
     fn material(&mut self, entry: &MaterialEntry) -> Result<()> {
-        let owner = self.register("material", entry.name.get_ref(), &entry.name)?;
-        let missing = |key: &str| self.missing(&entry.name, &owner, key);
+        let section = self.section("material", &entry.name)?;
         let kind = match entry.kind.get_ref().as_str() {
-            "mirror" => {
-                let others = [foreign("albedo", &entry.albedo), foreign("ior", &entry.ior)];
-                self.refuse_keys(&others, &owner, "mirror")?;
-                let colour = entry.reflectance.as_ref().ok_or_else(|| missing("reflectance"))?;
-                let what = format!("{owner}: reflectance");
-                MaterialKind::Mirror { reflectance: self.triple(&what, colour, 0.0..=1.0)? }
+            kind @ "mirror" => {
+                section.refuse(kind, "albedo", &entry.albedo)?;
+                section.refuse(kind, "ior", &entry.ior)?;
+                let reflectance = section.triple("reflectance", &entry.reflectance, 0.0..=1.0)?;
+                MaterialKind::Mirror { reflectance }
             }
-            "diffuse" => {
-                let others = [foreign("reflectance", &entry.reflectance), foreign("ior", &entry.ior)];
-                self.refuse_keys(&others, &owner, "diffuse")?;
-                let colour = entry.albedo.as_ref().ok_or_else(|| missing("albedo"))?;
-                let what = format!("{owner}: albedo");
-                MaterialKind::Diffuse { albedo: self.triple(&what, colour, 0.0..=1.0)? }
+            kind @ "diffuse" => {
+                section.refuse(kind, "reflectance", &entry.reflectance)?;
+                section.refuse(kind, "ior", &entry.ior)?;
+                let albedo = section.triple("albedo", &entry.albedo, 0.0..=1.0)?;
+                MaterialKind::Diffuse { albedo }
             }
             other => {
                 let reason = match other {
                     "dielectric" => {
-                        format!("{owner}: the kind `dielectric` is not supported yet in this version")
+                        format!("the kind `{other}` is not supported yet in this version")
                     }
-                    _ => format!("{owner}: there is no kind `{other}`"),
+                    _ => format!("there is no kind `{other}`"),
                 };
                 let remedy = "use `mirror` or `diffuse`";
-                return Err(self.source.error(entry.kind.span(), &reason, remedy));
+                return Err(section.error(entry.kind.span(), &reason, remedy));
             }
         };
-        self.materials.push(Material { name: entry.name.get_ref().clone(), kind });
+        self.materials.push(Material {
+            name: entry.name.get_ref().clone(),
+            kind,
+        });
         Ok(())
     }
 
     fn object(&mut self, entry: &ObjectEntry) -> Result<()> {
-        let owner = self.register("object", entry.name.get_ref(), &entry.name)?;
+        let section = self.section("object", &entry.name)?;
         if let Some(waves) = &entry.waves {
-            let reason = format!("{owner}: `waves` is not supported yet in this version");
-            let remedy = "use a `mesh` or a `rect`";
-            return Err(self.source.error(waves.span(), &reason, remedy));
+            let reason = "`waves` is not supported yet in this version";
+            return Err(section.error(waves.span(), reason, "use a `mesh` or a `rect`"));
         }
-        let material = match &entry.material {
-            Some(name) => Some(self.material_index(name, &owner)?),
-            None => None,
-        };
-        let light_map = match &entry.lightmap {
-            Some(texels) => Some(self.light_map(texels, &owner, entry, material)?),
-            None => None,
-        };
+        let material = (entry.material.as_ref())
+            .map(|name| self.material_index(&section, name))
+            .transpose()?;
+        let light_map = (entry.lightmap.as_ref())
+            .map(|texels| self.light_map(&section, entry, texels, material))
+            .transpose()?;
         match (&entry.rect, &entry.mesh) {
-            (Some(rect), None) => {
-                let geometry = Geometry::Rect(self.rect(rect, &owner)?);
-                let material = material.ok_or_else(|| self.missing(&entry.name, &owner, "material"))?;
+            (Some(entry_rect), None) => {
                 self.objects.push(Object {
                     name: entry.name.get_ref().clone(),
-                    material,
-                    geometry,
+                    material: *section.required("material", &material)?,
+                    geometry: Geometry::Rect(rect(&section, entry_rect)?),
                     light_map,
-                    blocks_light: entry.blocks_light,
+                    blocks_light: entry.blocks_light.unwrap_or(true),
                 });
                 Ok(())
             }
-            (None, Some(file)) => self.mesh(entry, file, material, &owner),
+            (None, Some(file)) => self.mesh(&section, entry, file, material),
             (rect, _) => {
-                let both = rect.is_some();
-                let reason = if both { "both a `mesh` and a `rect`" } else { "no `mesh` or `rect`" };
-                let reason = format!("{owner}: there is {reason}");
-                let remedy = "an object is one of the two";
-                Err(self.source.error(entry.name.span(), &reason, remedy))
+                let what = if rect.is_some() {
+                    "both a `mesh` and a `rect`"
+                } else {
+                    "no `mesh` or `rect`"
+                };
+                let reason = format!("it has {what}");
+                Err(section.error(section.span.clone(), &reason, "give it one of the two"))
             }
         }
     }
@@ -262,170 +270,136 @@ impl Loader<'_> {
     /// Adds the parts of a mesh; `material` holds for all of it.
     fn mesh(
         &mut self,
+        section: &Section,
         entry: &ObjectEntry,
         file: &Spanned<String>,
         material: Option<usize>,
-        owner: &str,
     ) -> Result<()> {
-        let path = self.resolve(file, owner)?;
+        let path = self.resolve(section, file)?;
         for part in obj::read(&path, &self.root, material.is_none(), &mut self.warnings)? {
-            let object = entry.name.get_ref();
-            let (name, material) = match (part.material, material) {
-                (Some((name, kind)), _) => {
-                    let name = format!("{object}/{name}");
-                    self.register("object", &name, &entry.name)?;
-                    self.register("material", &name, &entry.name)?;
-                    self.materials.push(Material { name: name.clone(), kind });
-                    (name, self.materials.len() - 1)
+            let mut name = entry.name.get_ref().clone();
+            let material = match part.material {
+                Some((of_part, kind)) => {
+                    name = format!("{name}/{of_part}");
+                    let spanned = Spanned::new(entry.name.span(), name.clone());
+                    self.section("object", &spanned)?;
+                    self.section("material", &spanned)?;
+                    self.materials.push(Material {
+                        name: name.clone(),
+                        kind,
+                    });
+                    self.materials.len() - 1
                 }
-                (None, Some(material)) => (object.clone(), material),
-                (None, None) => unreachable!("without `material` the MTL file has been read"),
+                None => material.expect("without `material`, parts have their own"),
             };
             self.objects.push(Object {
                 name,
                 material,
                 geometry: Geometry::Mesh(part.mesh),
                 light_map: None,
-                blocks_light: entry.blocks_light,
+                blocks_light: entry.blocks_light.unwrap_or(true),
             });
         }
         Ok(())
     }
 
-    fn rect(&self, entry: &Spanned<RectEntry>, owner: &str) -> Result<Rect> {
-        let rect = entry.get_ref();
-        let origin = self.triple(&format!("{owner}: origin"), &rect.origin, METRES)?;
-        let edge = |key: &str, edge: &Triple| {
-            let vector = self.triple(&format!("{owner}: {key}"), edge, METRES)?;
-            let unit = mesh::unit(vector).ok_or_else(|| {
-                let reason = format!("{owner}: {key} has no length");
-                self.source.error(edge.span(), &reason, "give the rect a width and a height")
-            })?;
-            Ok((vector, unit))
-        };
-        let (edge_u, along_u) = edge("edge_u", &rect.edge_u)?;
-        let (edge_v, along_v) = edge("edge_v", &rect.edge_v)?;
-        if along_u.dot(along_v).abs() > 1e-6 {
-            let reason = format!("{owner}: edge_u and edge_v are not perpendicular");
-            let remedy = "turn one of them, or use a mesh";
-            return Err(self.source.error(entry.span(), &reason, remedy));
-        }
-        Ok(Rect { origin, edge_u, edge_v })
-    }
-
     fn light_map(
         &self,
-        texels: &Spanned<[i64; 2]>,
-        owner: &str,
+        section: &Section,
         entry: &ObjectEntry,
+        texels: &Spanned<[i64; 2]>,
         material: Option<usize>,
     ) -> Result<[u32; 2]> {
-        let error = |reason: &str, remedy: &str| {
-            let reason = format!("{owner}: {reason}");
-            Err(self.source.error(texels.span(), &reason, remedy))
-        };
+        let error = |reason: &str, remedy: &str| Err(section.error(texels.span(), reason, remedy));
         if entry.rect.is_none() {
             return error("only a rect can have a light map", "remove `lightmap`");
         }
-        let diffuse = |material: usize| matches!(self.materials[material].kind, MaterialKind::Diffuse { .. });
-        if !material.is_none_or(diffuse) {
+        if material.is_some_and(|m| matches!(self.materials[m].kind, MaterialKind::Mirror { .. })) {
             let remedy = "remove `lightmap`, or use a diffuse material";
-            return error("a mirror receives no light and has no light map", remedy);
+            return error("a mirror receives no light, so it has no light map", remedy);
         }
-        let side =
-            |texels: i64| u32::try_from(texels).ok().filter(|side| (1..=MAX_LIGHT_MAP_SIDE).contains(side));
-        match texels.get_ref().map(side) {
-            [Some(width), Some(height)] => Ok([width, height]),
-            _ => error(
-                &format!(
-                    "lightmap = {:?}: each side is within 1 and {MAX_LIGHT_MAP_SIDE} texels",
-                    texels.get_ref()
-                ),
-                "change the light map's size",
-            ),
-        }
+        let texels = texels.get_ref();
+        let side = |side: i64| {
+            u32::try_from(side)
+                .ok()
+                .filter(|s| LIGHT_MAP_SIDES.contains(s))
+        };
+        let [Some(width), Some(height)] = texels.map(side) else {
+            let (low, high) = (LIGHT_MAP_SIDES.start(), LIGHT_MAP_SIDES.end());
+            let reason =
+                format!("lightmap: {texels:?} has a side not within {low} and {high} texels");
+            return error(&reason, "correct the size");
+        };
+        Ok([width, height])
     }
 
-    fn material_index(&self, name: &Spanned<String>, owner: &str) -> Result<usize> {
+    fn material_index(&self, section: &Section, name: &Spanned<String>) -> Result<usize> {
         let wanted = name.get_ref();
-        let index = self.materials.iter().position(|material| material.name == *wanted);
-        index.ok_or_else(|| {
-            let reason = format!("{owner}: there is no material `{wanted}`");
+        (self
+            .materials
+            .iter()
+            .position(|material| material.name == *wanted))
+        .ok_or_else(|| {
+            let reason = format!("there is no material `{wanted}`");
             let remedy = "add a `[[material]]` of that name, or correct the name";
-            self.source.error(name.span(), &reason, remedy)
+            section.error(name.span(), &reason, remedy)
         })
     }
 
     /// Path of a file that the scene names.
-    fn resolve(&self, file: &Spanned<String>, owner: &str) -> Result<PathBuf> {
-        self.root.resolve(self.source.path, file.get_ref()).map_err(|reason| {
-            let reason = format!("{owner}: {reason}");
+    fn resolve(&self, section: &Section, file: &Spanned<String>) -> Result<PathBuf> {
+        (self.root.resolve(self.source.path, file.get_ref())).map_err(|reason| {
             let remedy = "name a file under the asset root, relative to the scene file";
-            self.source.error(file.span(), &reason, remedy)
+            section.error(file.span(), &reason, remedy)
         })
     }
 
-    /// Takes a name, and gives what messages call its owner.
-    fn register(&mut self, what: &'static str, name: &str, at: &Spanned<String>) -> Result<String> {
-        let owner = format!("{what} \"{}\"", name.escape_debug());
-        let error = |reason: &str| {
-            let reason = format!("{owner}: {reason}");
-            let remedy = "give it a name of its own, without control characters";
-            Err(self.source.error(at.span(), &reason, remedy))
+    /// Takes a name of its own for a thing.
+    fn section(&mut self, thing: &'static str, name: &Spanned<String>) -> Result<Section<'a>> {
+        let (span, name) = (name.span(), name.get_ref());
+        let owner = format!("{thing} \"{}\"", name.escape_debug());
+        let section = Section {
+            source: self.source,
+            owner,
+            span,
         };
+        let error =
+            |reason| Err(section.error(section.span.clone(), reason, "give it another name"));
         if name.trim().is_empty() || name.chars().any(char::is_control) {
-            return error("this is not a name");
+            return error("the name is empty or has control characters");
         }
-        if !self.names.insert((what, name.to_owned())) {
+        if !self.names.insert((thing, name.clone())) {
             return error("the name is used twice");
         }
-        Ok(owner)
-    }
-
-    fn missing(&self, at: &Spanned<String>, owner: &str, key: &str) -> Error {
-        let reason = format!("{owner}: the key `{key}` is missing");
-        self.source.error(at.span(), &reason, &format!("add `{key} = ...` to it"))
-    }
-
-    fn refuse_keys(&self, keys: &[ForeignKey], owner: &str, kind: &str) -> Result<()> {
-        for (key, span) in keys {
-            if let Some(span) = span {
-                let reason = format!("{owner}: the kind `{kind}` has no key `{key}`");
-                return Err(self.source.error(span.clone(), &reason, "remove the key"));
-            }
-        }
-        Ok(())
-    }
-
-    fn number(&self, what: &str, value: &Spanned<f64>, range: RangeInclusive<f64>) -> Result<f64> {
-        self.check(what, &[*value.get_ref()], value.span(), range)?;
-        Ok(*value.get_ref())
-    }
-
-    fn triple(&self, what: &str, value: &Triple, range: RangeInclusive<f64>) -> Result<DVec3> {
-        self.check(what, value.get_ref(), value.span(), range)?;
-        Ok(DVec3::from(*value.get_ref()))
-    }
-
-    fn check(
-        &self,
-        what: &str,
-        values: &[f64],
-        span: Range<usize>,
-        range: RangeInclusive<f64>,
-    ) -> Result<()> {
-        // No range contains NaN.
-        match values.iter().find(|value| !range.contains(value)) {
-            None => Ok(()),
-            Some(value) => {
-                let (low, high) = (range.start(), range.end());
-                let reason = format!("{what}: {value} is not within {low} and {high}");
-                Err(self.source.error(span, &reason, "correct the number"))
-            }
-        }
+        Ok(section)
     }
 }
 
-fn foreign<'a, T>(key: &'a str, value: &Option<Spanned<T>>) -> ForeignKey<'a> {
-    (key, value.as_ref().map(Spanned::span))
+fn rect(section: &Section, entry: &Spanned<RectEntry>) -> Result<Rect> {
+    let keys = entry.get_ref();
+    let origin = section.triple("origin", &keys.origin, METRES)?;
+    let edge_u = section.triple("edge_u", &keys.edge_u, METRES)?;
+    let edge_v = section.triple("edge_v", &keys.edge_v, METRES)?;
+    let error = |reason: &str, remedy: &str| Err(section.error(entry.span(), reason, remedy));
+    let (Some(along_u), Some(along_v)) = (mesh::unit(edge_u), mesh::unit(edge_v)) else {
+        return error(
+            "an edge of the rect has no length",
+            "give it a width and a height",
+        );
+    };
+    if along_u.dot(along_v).abs() > 1e-6 {
+        return error(
+            "edge_u and edge_v are not perpendicular",
+            "turn one of them, or use a mesh",
+        );
+    }
+    Ok(Rect {
+        origin,
+        edge_u,
+        edge_v,
+    })
+}
+
+fn span<T>(value: &Option<Spanned<T>>) -> Range<usize> {
+    value.as_ref().map_or(0..0, Spanned::span)
 }

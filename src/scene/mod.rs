@@ -10,6 +10,7 @@ pub mod load;
 mod mesh;
 mod mtl;
 mod obj;
+mod obj_text;
 
 pub use load::{Loaded, load};
 

@@ -1,8 +1,7 @@
 //! Material libraries (MTL) of OBJ meshes: `newmtl`, `Kd`, `Ks` and `illum`, read by tobj.
 
 use super::MaterialKind;
-use super::asset;
-use super::obj::at_line;
+use super::asset::{self, at_line};
 use crate::error::Result;
 use glam::DVec3;
 use std::path::Path;
