@@ -19,7 +19,10 @@ fn main() {
     let mut sources: Vec<PathBuf> = std::fs::read_dir("glsl")
         .expect("the folder glsl exists")
         .map(|entry| entry.expect("glsl can be listed").path())
-        .filter(|path| path.extension().is_some_and(|e| ["comp", "vert", "frag"].iter().any(|k| e == *k)))
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|e| ["comp", "vert", "frag"].iter().any(|k| e == *k))
+        })
         .collect();
     sources.sort();
 
@@ -40,20 +43,34 @@ fn main() {
     if failed {
         exit(1);
     }
-    writeln!(table, "/// Structs of the shaders' buffers as the SPIR-V lays them out.").unwrap();
+    writeln!(
+        table,
+        "/// Structs of the shaders' buffers as the SPIR-V lays them out."
+    )
+    .unwrap();
     writeln!(table, "pub static STRUCTS: &[StructLayout] = &[").unwrap();
     for (name, (size, fields)) in layouts {
-        writeln!(table, "    StructLayout {{ name: {name:?}, size: {size}, fields: &{fields:?} }},").unwrap();
+        writeln!(
+            table,
+            "    StructLayout {{ name: {name:?}, size: {size}, fields: &{fields:?} }},"
+        )
+        .unwrap();
     }
     writeln!(table, "];").unwrap();
-    let out = Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
+    let out =
+        Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
     std::fs::write(out, table).expect("OUT_DIR is writable");
 }
 
 #[cfg(not(feature = "bundled-shaderc"))]
 fn compile(source: &Path) -> Result<Vec<u32>, String> {
-    let name = source.file_name().expect("a file").to_string_lossy().into_owned();
-    let output = Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join(name + ".spv");
+    let name = source
+        .file_name()
+        .expect("a file")
+        .to_string_lossy()
+        .into_owned();
+    let output =
+        Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join(name + ".spv");
     let sdk = std::env::var_os("VULKAN_SDK").map(|sdk| Path::new(&sdk).join("bin/glslc"));
     let glslc = std::env::var_os("GLSLC")
         .map(PathBuf::from)
@@ -75,13 +92,17 @@ fn compile(source: &Path) -> Result<Vec<u32>, String> {
         return Err(String::from_utf8_lossy(&run.stderr).into_owned());
     }
     let bytes = std::fs::read(&output).map_err(|error| format!("{}: {error}", output.display()))?;
-    Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+    Ok(bytes
+        .chunks_exact(4)
+        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect())
 }
 
 #[cfg(feature = "bundled-shaderc")]
 fn compile(source: &Path) -> Result<Vec<u32>, String> {
     use shaderc::{
-        CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv,
+        CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind,
+        TargetEnv,
     };
     let kind = match source.extension().and_then(|e| e.to_str()) {
         Some("comp") => ShaderKind::Compute,
@@ -99,11 +120,18 @@ fn compile(source: &Path) -> Result<Vec<u32>, String> {
         let path = Path::new("glsl/shared").join(name);
         Ok(ResolvedInclude {
             resolved_name: path.display().to_string(),
-            content: std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?,
+            content: std::fs::read_to_string(&path)
+                .map_err(|e| format!("{}: {e}", path.display()))?,
         })
     });
     compiler
-        .compile_into_spirv(&text, kind, &source.display().to_string(), "main", Some(&options))
+        .compile_into_spirv(
+            &text,
+            kind,
+            &source.display().to_string(),
+            "main",
+            Some(&options),
+        )
         .map(|artifact| artifact.as_binary().to_vec())
         .map_err(|e| e.to_string())
 }
@@ -125,7 +153,13 @@ fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layo
     let mut push_bytes = 0;
     for variable in &entry.vars {
         match variable {
-            Variable::Descriptor { name, desc_bind, desc_ty, ty, .. } => {
+            Variable::Descriptor {
+                name,
+                desc_bind,
+                desc_ty,
+                ty,
+                ..
+            } => {
                 assert_eq!(desc_bind.set(), 0, "{file}: one descriptor set a pipeline");
                 let kind = match desc_ty {
                     DescriptorType::StorageBuffer(_) => "StorageBuffer",
@@ -137,7 +171,10 @@ fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layo
                     Type::Struct(block) => block.members[0].name.clone(),
                     _ => None,
                 };
-                let name = name.clone().filter(|name| !name.is_empty()).or(first_member);
+                let name = name
+                    .clone()
+                    .filter(|name| !name.is_empty())
+                    .or(first_member);
                 let name = name.unwrap_or_else(|| panic!("{file}: a binding without a name"));
                 bindings.push((desc_bind.bind(), name, kind));
                 note_structs(ty, layouts);
@@ -154,7 +191,10 @@ fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layo
         .exec_modes
         .iter()
         .find(|mode| mode.exec_mode == spirq::spirv::ExecutionMode::LocalSize)
-        .or(entry.exec_modes.iter().find(|m| m.exec_mode == spirq::spirv::ExecutionMode::LocalSizeId))
+        .or(entry
+            .exec_modes
+            .iter()
+            .find(|m| m.exec_mode == spirq::spirv::ExecutionMode::LocalSizeId))
         .map_or([0; 3], |mode| {
             let size = |i: usize| match mode.operands[i].value {
                 ConstantValue::U32(size) => size,
@@ -171,10 +211,17 @@ fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layo
     )
     .unwrap();
     for (index, name, kind) in bindings {
-        writeln!(table, "    Binding {{ index: {index}, name: {name:?}, kind: BindingKind::{kind} }},")
-            .unwrap();
+        writeln!(
+            table,
+            "    Binding {{ index: {index}, name: {name:?}, kind: BindingKind::{kind} }},"
+        )
+        .unwrap();
     }
-    writeln!(table, "], push_bytes: {push_bytes}, local_size: {local_size:?} }};").unwrap();
+    writeln!(
+        table,
+        "], push_bytes: {push_bytes}, local_size: {local_size:?} }};"
+    )
+    .unwrap();
 }
 
 /// Collects the structs inside a buffer block or push-constant block.

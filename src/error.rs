@@ -24,7 +24,11 @@ pub enum Error {
 
     /// A file cannot be written.
     #[error("{}: cannot be written: {reason}\n  remedy: {remedy}", file.display())]
-    Output { file: PathBuf, reason: String, remedy: String },
+    Output {
+        file: PathBuf,
+        reason: String,
+        remedy: String,
+    },
 
     /// No Vulkan loader, driver, layer or device that can do the work.
     #[error("no suitable Vulkan device: {reason}\n  remedy: {remedy}")]
@@ -32,7 +36,11 @@ pub enum Error {
 
     /// The device was lost or ran out of memory, or a Vulkan call failed.
     #[error("{action} failed on the device: {reason}\n  remedy: {remedy}")]
-    Device { action: String, reason: String, remedy: String },
+    Device {
+        action: String,
+        reason: String,
+        remedy: String,
+    },
 
     /// The validation layers, asked for with `--validate`, complained.
     #[error("{} validation message(s), the first: {first}", count)]
@@ -44,7 +52,9 @@ pub enum Error {
 }
 
 fn at(place: &Option<String>) -> String {
-    place.as_ref().map_or(String::new(), |place| format!(", {place}"))
+    place
+        .as_ref()
+        .map_or(String::new(), |place| format!(", {place}"))
 }
 
 impl Error {

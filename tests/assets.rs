@@ -12,13 +12,20 @@ fn checked_in_assets_are_the_generated_ones() {
     let generated = assets::all();
     for (path, content) in &generated {
         let checked_in = std::fs::read(root.join(path)).unwrap();
-        assert!(checked_in == *content, "{path} differs: run `cargo run --example generate_assets`");
+        assert!(
+            checked_in == *content,
+            "{path} differs: run `cargo run --example generate_assets`"
+        );
     }
     let expected: BTreeSet<_> = generated.iter().map(|(path, _)| root.join(path)).collect();
     for folder in ["meshes", "environments"] {
         for entry in root.join(folder).read_dir().unwrap() {
             let path = entry.unwrap().path();
-            assert!(expected.contains(&path), "{} is not generated", path.display());
+            assert!(
+                expected.contains(&path),
+                "{} is not generated",
+                path.display()
+            );
         }
     }
 }

@@ -12,7 +12,12 @@ fn shipped_scenes_load_without_a_warning() {
         assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
         for object in &loaded.scene.objects {
             if let Geometry::Mesh(mesh) = &object.geometry {
-                println!("{} {} {}", object.name, mesh.positions.len(), mesh.triangles.len());
+                println!(
+                    "{} {} {}",
+                    object.name,
+                    mesh.positions.len(),
+                    mesh.triangles.len()
+                );
             }
         }
     }

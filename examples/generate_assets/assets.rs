@@ -170,7 +170,9 @@ fn post() -> String {
         let out = around(-angle(i));
         (place(out, 0.1 * j as f64), out)
     });
-    let top: Vec<_> = (0..SEGMENTS).map(|i| obj.corner(place(around(-angle(i)), 0.3), DVec3::Y)).collect();
+    let top: Vec<_> = (0..SEGMENTS)
+        .map(|i| obj.corner(place(around(-angle(i)), 0.3), DVec3::Y))
+        .collect();
     obj.face(&top);
     obj.text
 }

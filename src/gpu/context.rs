@@ -71,9 +71,13 @@ impl Context {
             (true, true) => {
                 let functions = ext::debug_utils::Instance::new(&entry, &instance);
                 // SAFETY: the extension is enabled; `messages` is boxed and outlives the messenger.
-                let handle =
-                    unsafe { functions.create_debug_utils_messenger(&messages.messenger_info(), None) };
-                Some((functions, handle.map_err(device_error("listening to the layers"))?))
+                let handle = unsafe {
+                    functions.create_debug_utils_messenger(&messages.messenger_info(), None)
+                };
+                Some((
+                    functions,
+                    handle.map_err(device_error("listening to the layers"))?,
+                ))
             }
             _ => None,
         };
@@ -101,7 +105,11 @@ impl Context {
         })?;
         Ok(Arc::new(Self {
             debug: debug_utils.then(|| ext::debug_utils::Device::new(&instance, &device)),
-            timestamp_period: if has_timestamps { properties.limits.timestamp_period } else { 0.0 },
+            timestamp_period: if has_timestamps {
+                properties.limits.timestamp_period
+            } else {
+                0.0
+            },
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             device,
             queue,
@@ -143,16 +151,21 @@ impl Context {
     /// Whether linear filtering works on `format`.
     pub fn filters_linearly(&self, format: vk::Format) -> bool {
         // SAFETY: a valid physical device.
-        let properties =
-            unsafe { self.instance.get_physical_device_format_properties(self.physical, format) };
-        (properties.optimal_tiling_features).contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
+        let properties = unsafe {
+            self.instance
+                .get_physical_device_format_properties(self.physical, format)
+        };
+        (properties.optimal_tiling_features)
+            .contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
     }
 
     /// Names a Vulkan object for the layers and for debuggers.
     pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
         if let Some(debug) = &self.debug {
             let name = std::ffi::CString::new(name).unwrap_or_default();
-            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+            let info = vk::DebugUtilsObjectNameInfoEXT::default()
+                .object_handle(handle)
+                .object_name(&name);
             // SAFETY: a live object of this device. A name that cannot be set is no failure.
             let _ = unsafe { debug.set_debug_utils_object_name(&info) };
         }
@@ -183,15 +196,21 @@ pub fn list_devices() -> Result<Vec<DeviceInfo>> {
     let entry = load_entry()?;
     let messages = Messages::default();
     let (instance, _) = create_instance(&entry, false, &messages)?;
-    let devices = ranked_devices(&instance)
-        .map(|list| list.into_iter().map(|device| describe(&instance, device)).collect());
+    let devices = ranked_devices(&instance).map(|list| {
+        list.into_iter()
+            .map(|device| describe(&instance, device))
+            .collect()
+    });
     // SAFETY: nothing else was made from the instance.
     unsafe { instance.destroy_instance(None) };
     devices
 }
 
 fn no_device(reason: impl Into<String>, remedy: &str) -> Error {
-    Error::NoDevice { reason: reason.into(), remedy: remedy.into() }
+    Error::NoDevice {
+        reason: reason.into(),
+        remedy: remedy.into(),
+    }
 }
 
 const INSTALL_DRIVER: &str = "install a Vulkan driver for your GPU, or the software renderer lavapipe \
@@ -199,25 +218,39 @@ const INSTALL_DRIVER: &str = "install a Vulkan driver for your GPU, or the softw
 
 fn load_entry() -> Result<ash::Entry> {
     // SAFETY: loading the system's Vulkan loader runs its initialisers, which we must trust.
-    unsafe { ash::Entry::load() }
-        .map_err(|error| no_device(format!("the Vulkan loader cannot be loaded: {error}"), INSTALL_DRIVER))
+    unsafe { ash::Entry::load() }.map_err(|error| {
+        no_device(
+            format!("the Vulkan loader cannot be loaded: {error}"),
+            INSTALL_DRIVER,
+        )
+    })
 }
 
-fn create_instance(entry: &ash::Entry, validate: bool, messages: &Messages) -> Result<(ash::Instance, bool)> {
+fn create_instance(
+    entry: &ash::Entry,
+    validate: bool,
+    messages: &Messages,
+) -> Result<(ash::Instance, bool)> {
     const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
     // SAFETY: plain queries.
     let version = unsafe { entry.try_enumerate_instance_version() }
         .map_err(device_error("asking for the instance version"))?
         .unwrap_or(vk::API_VERSION_1_0);
     if version < vk::API_VERSION_1_3 {
-        return Err(no_device("the Vulkan loader is older than 1.3", "update the Vulkan loader"));
+        return Err(no_device(
+            "the Vulkan loader is older than 1.3",
+            "update the Vulkan loader",
+        ));
     }
     let mut layers: Vec<*const c_char> = Vec::new();
     if validate {
         // SAFETY: a plain query.
         let available = unsafe { entry.enumerate_instance_layer_properties() }
             .map_err(device_error("listing the layers"))?;
-        if !available.iter().any(|l| l.layer_name_as_c_str() == Ok(LAYER)) {
+        if !available
+            .iter()
+            .any(|l| l.layer_name_as_c_str() == Ok(LAYER))
+        {
             return Err(no_device(
                 "the validation layer VK_LAYER_KHRONOS_validation is not installed",
                 "install it (Debian and Ubuntu: apt-get install vulkan-validationlayers) or leave out --validate",
@@ -228,15 +261,18 @@ fn create_instance(entry: &ash::Entry, validate: bool, messages: &Messages) -> R
     // SAFETY: a plain query.
     let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
         .map_err(device_error("listing the instance extensions"))?;
-    let debug_utils =
-        validate || extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+    let debug_utils = validate
+        || extensions
+            .iter()
+            .any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
     let mut names = Vec::new();
     if debug_utils {
         names.push(ext::debug_utils::NAME.as_ptr());
     }
 
-    let application =
-        vk::ApplicationInfo::default().application_name(c"nephroid").api_version(vk::API_VERSION_1_3);
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"nephroid")
+        .api_version(vk::API_VERSION_1_3);
     let enabled = [
         vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION,
         vk::ValidationFeatureEnableEXT::GPU_ASSISTED,
@@ -275,7 +311,9 @@ fn ranked_devices(instance: &ash::Instance) -> Result<Vec<vk::PhysicalDevice>> {
         return Err(no_device("no driver offers a device", INSTALL_DRIVER));
     }
     // SAFETY: a valid physical device.
-    devices.sort_by_key(|d| kind_of(unsafe { instance.get_physical_device_properties(*d) }.device_type).1);
+    devices.sort_by_key(|d| {
+        kind_of(unsafe { instance.get_physical_device_properties(*d) }.device_type).1
+    });
     Ok(devices)
 }
 
@@ -287,14 +325,24 @@ fn describe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo 
         let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
         // SAFETY: the driver knows Vulkan 1.2 and with it the chained struct.
         unsafe { instance.get_physical_device_properties2(device, &mut properties) };
-        let text = |s: Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str()))
+        let text = |s: Result<&CStr, _>| {
+            s.map(|s| s.to_string_lossy().into_owned())
+                .unwrap_or_default()
+        };
+        format!(
+            "{} {}",
+            text(driver.driver_name_as_c_str()),
+            text(driver.driver_info_as_c_str())
+        )
     } else {
         format!("version {:#x}", basic.driver_version)
     };
     let version = basic.api_version;
     DeviceInfo {
-        name: basic.device_name_as_c_str().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
+        name: basic
+            .device_name_as_c_str()
+            .map(|s| s.to_string_lossy().into_owned())
+            .unwrap_or_default(),
         kind: kind_of(basic.device_type).0,
         driver: driver_text.trim().to_owned(),
         api_version: format!(
@@ -308,7 +356,11 @@ fn describe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo 
 }
 
 /// What a device lacks for the default path, if anything.
-fn unsuitable(instance: &ash::Instance, device: vk::PhysicalDevice, version: u32) -> Option<String> {
+fn unsuitable(
+    instance: &ash::Instance,
+    device: vk::PhysicalDevice,
+    version: u32,
+) -> Option<String> {
     if version < vk::API_VERSION_1_3 {
         return Some("it knows only Vulkan older than 1.3".into());
     }
@@ -326,13 +378,17 @@ fn unsuitable(instance: &ash::Instance, device: vk::PhysicalDevice, version: u32
         }
     }
     // SAFETY: a valid physical device.
-    let format =
-        unsafe { instance.get_physical_device_format_properties(device, vk::Format::R32G32B32A32_SFLOAT) };
-    let needed = vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND | vk::FormatFeatureFlags::STORAGE_IMAGE;
+    let format = unsafe {
+        instance.get_physical_device_format_properties(device, vk::Format::R32G32B32A32_SFLOAT)
+    };
+    let needed =
+        vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND | vk::FormatFeatureFlags::STORAGE_IMAGE;
     if !format.optimal_tiling_features.contains(needed) {
         return Some("it cannot blend into RGBA32F images, which light maps are".into());
     }
-    queue_family(instance, device).is_none().then(|| "it has no queue for graphics and compute".into())
+    queue_family(instance, device)
+        .is_none()
+        .then(|| "it has no queue for graphics and compute".into())
 }
 
 fn queue_family(instance: &ash::Instance, device: vk::PhysicalDevice) -> Option<u32> {
@@ -347,15 +403,30 @@ fn queue_family(instance: &ash::Instance, device: vk::PhysicalDevice) -> Option<
 type Opened = (vk::PhysicalDevice, DeviceInfo, u32, ash::Device);
 
 fn open_device(instance: &ash::Instance, options: &ContextOptions) -> Result<Opened> {
-    let devices: Vec<_> =
-        ranked_devices(instance)?.into_iter().map(|device| (device, describe(instance, device))).collect();
-    let found = || devices.iter().map(|(_, info)| info.name.as_str()).collect::<Vec<_>>().join(", ");
+    let devices: Vec<_> = ranked_devices(instance)?
+        .into_iter()
+        .map(|device| (device, describe(instance, device)))
+        .collect();
+    let found = || {
+        devices
+            .iter()
+            .map(|(_, info)| info.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     let (physical, info) = match &options.device {
         Some(wanted) => {
-            let by_index = wanted.parse::<usize>().ok().and_then(|index| devices.get(index));
+            let by_index = wanted
+                .parse::<usize>()
+                .ok()
+                .and_then(|index| devices.get(index));
             let lower = wanted.to_lowercase();
             by_index
-                .or_else(|| devices.iter().find(|(_, info)| info.name.to_lowercase().contains(&lower)))
+                .or_else(|| {
+                    devices
+                        .iter()
+                        .find(|(_, info)| info.name.to_lowercase().contains(&lower))
+                })
                 .ok_or_else(|| {
                     no_device(
                         format!("none is called {wanted:?}; there is: {}", found()),
@@ -363,13 +434,20 @@ fn open_device(instance: &ash::Instance, options: &ContextOptions) -> Result<Ope
                     )
                 })?
         }
-        None => devices.iter().find(|(_, info)| info.unsuitable.is_none()).ok_or_else(|| {
-            let (_, info) = &devices[0];
-            no_device(
-                format!("{}: {}", info.name, info.unsuitable.as_deref().unwrap_or_default()),
-                INSTALL_DRIVER,
-            )
-        })?,
+        None => devices
+            .iter()
+            .find(|(_, info)| info.unsuitable.is_none())
+            .ok_or_else(|| {
+                let (_, info) = &devices[0];
+                no_device(
+                    format!(
+                        "{}: {}",
+                        info.name,
+                        info.unsuitable.as_deref().unwrap_or_default()
+                    ),
+                    INSTALL_DRIVER,
+                )
+            })?,
     };
     if let Some(reason) = &info.unsuitable {
         return Err(no_device(
@@ -391,14 +469,19 @@ fn open_device(instance: &ash::Instance, options: &ContextOptions) -> Result<Ope
         .dynamic_rendering(true)
         .synchronization2(true)
         .maintenance4(true);
-    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
+    let queues = [vk::DeviceQueueCreateInfo::default()
+        .queue_family_index(family)
+        .queue_priorities(&[1.0])];
     let create = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_features(&features)
         .push_next(&mut v13);
     // SAFETY: features and queue were checked above.
     let device = unsafe { instance.create_device(*physical, &create, None) }.map_err(|error| {
-        no_device(format!("{} cannot be opened: {error}", info.name), "name another --device")
+        no_device(
+            format!("{} cannot be opened: {error}", info.name),
+            "name another --device",
+        )
     })?;
     Ok((*physical, info.clone(), family, device))
 }

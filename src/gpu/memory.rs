@@ -23,11 +23,16 @@ fn allocate(
         allocation_scheme: AllocationScheme::GpuAllocatorManaged,
     };
     let mut allocator = context.allocator.lock().expect("no panic while held");
-    allocator.allocate(&description).map_err(|error| Error::Device {
-        action: format!("allocating {} MB for {name}", requirements.size.div_ceil(1_000_000)),
-        reason: error.to_string(),
-        remedy: "ask for fewer samples or smaller light maps".into(),
-    })
+    allocator
+        .allocate(&description)
+        .map_err(|error| Error::Device {
+            action: format!(
+                "allocating {} MB for {name}",
+                requirements.size.div_ceil(1_000_000)
+            ),
+            reason: error.to_string(),
+            remedy: "ask for fewer samples or smaller light maps".into(),
+        })
 }
 
 fn free(context: &Context, allocation: Option<Allocation>) {
@@ -74,7 +79,12 @@ impl Buffer {
 
     /// A buffer that the host has filled, to copy from.
     pub(super) fn staging(context: &Arc<Context>, bytes: &[u8]) -> Result<Self> {
-        let mut staging = Self::allocate(context, "staging", bytes.len() as u64, MemoryLocation::CpuToGpu)?;
+        let mut staging = Self::allocate(
+            context,
+            "staging",
+            bytes.len() as u64,
+            MemoryLocation::CpuToGpu,
+        )?;
         staging.mapped()[..bytes.len()].copy_from_slice(bytes);
         Ok(staging)
     }
@@ -84,7 +94,12 @@ impl Buffer {
         Self::allocate(context, "readback", bytes, MemoryLocation::GpuToCpu)
     }
 
-    fn allocate(context: &Arc<Context>, name: &str, bytes: u64, location: MemoryLocation) -> Result<Self> {
+    fn allocate(
+        context: &Arc<Context>,
+        name: &str,
+        bytes: u64,
+        location: MemoryLocation,
+    ) -> Result<Self> {
         let bytes = bytes.max(16);
         if location == MemoryLocation::GpuOnly && bytes > context.max_storage_bytes() {
             return Err(Error::Device {
@@ -103,10 +118,15 @@ impl Buffer {
                 | vk::BufferUsageFlags::TRANSFER_DST,
         );
         // SAFETY: a valid device; the buffer is destroyed in Drop.
-        let handle =
-            unsafe { context.device.create_buffer(&info, None) }.map_err(device_error("making a buffer"))?;
+        let handle = unsafe { context.device.create_buffer(&info, None) }
+            .map_err(device_error("making a buffer"))?;
         context.set_name(handle, name);
-        let mut buffer = Self { context: context.clone(), handle, allocation: None, bytes };
+        let mut buffer = Self {
+            context: context.clone(),
+            handle,
+            allocation: None,
+            bytes,
+        };
         // SAFETY: a buffer of this device, bound once to memory made for it.
         unsafe {
             let requirements = context.device.get_buffer_memory_requirements(handle);
@@ -128,7 +148,9 @@ impl Buffer {
 
     pub(super) fn mapped(&mut self) -> &mut [u8] {
         let allocation = self.allocation.as_mut().expect("allocated in `allocate`");
-        allocation.mapped_slice_mut().expect("only host-visible buffers are mapped")
+        allocation
+            .mapped_slice_mut()
+            .expect("only host-visible buffers are mapped")
     }
 
     /// Copies the buffer's first `count` elements to the host. Waits for the device.
@@ -143,7 +165,9 @@ impl Buffer {
         recorder.copy_buffer(self, &host, bytes);
         recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
         recorder.submit()?;
-        Ok(bytemuck::pod_collect_to_vec(&host.mapped()[..bytes as usize]))
+        Ok(bytemuck::pod_collect_to_vec(
+            &host.mapped()[..bytes as usize],
+        ))
     }
 }
 
@@ -204,14 +228,19 @@ impl Image {
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(FORMAT)
-            .extent(vk::Extent3D { width, height, depth: 1 })
+            .extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            })
             .mip_levels(levels)
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
             .usage(usage);
         let device = &context.device;
         // SAFETY: a valid device; the image is destroyed in Drop.
-        let handle = unsafe { device.create_image(&info, None) }.map_err(device_error("making an image"))?;
+        let handle =
+            unsafe { device.create_image(&info, None) }.map_err(device_error("making an image"))?;
         context.set_name(handle, name);
         let mut image = Self {
             context: context.clone(),
@@ -227,12 +256,16 @@ impl Image {
             .level_count(levels)
             .layer_count(1);
         let (filter, mipmap, repeat) = match sampling {
-            Sampling::Clamp => {
-                (vk::Filter::LINEAR, vk::SamplerMipmapMode::NEAREST, vk::SamplerAddressMode::CLAMP_TO_EDGE)
-            }
-            Sampling::Equirectangular => {
-                (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR, vk::SamplerAddressMode::REPEAT)
-            }
+            Sampling::Clamp => (
+                vk::Filter::LINEAR,
+                vk::SamplerMipmapMode::NEAREST,
+                vk::SamplerAddressMode::CLAMP_TO_EDGE,
+            ),
+            Sampling::Equirectangular => (
+                vk::Filter::LINEAR,
+                vk::SamplerMipmapMode::LINEAR,
+                vk::SamplerAddressMode::REPEAT,
+            ),
         };
         let view = vk::ImageViewCreateInfo::default()
             .image(handle)
@@ -253,10 +286,15 @@ impl Image {
             let allocation = allocate(context, name, requirements, MemoryLocation::GpuOnly, false)?;
             let (memory, offset) = (allocation.memory(), allocation.offset());
             image.allocation = Some(allocation);
-            device.bind_image_memory(handle, memory, offset).map_err(device_error("binding an image"))?;
-            image.view = device.create_image_view(&view, None).map_err(device_error("making a view"))?;
-            image.sampler =
-                device.create_sampler(&sampler, None).map_err(device_error("making a sampler"))?;
+            device
+                .bind_image_memory(handle, memory, offset)
+                .map_err(device_error("binding an image"))?;
+            image.view = device
+                .create_image_view(&view, None)
+                .map_err(device_error("making a view"))?;
+            image.sampler = device
+                .create_sampler(&sampler, None)
+                .map_err(device_error("making a sampler"))?;
         }
         let mut recorder = Recorder::new(context)?;
         recorder.to_general(handle, range);
@@ -275,7 +313,13 @@ impl Image {
         sampling: Sampling,
     ) -> Result<Self> {
         let (width, height, _) = levels[0];
-        let image = Self::new(context, name, [width, height], levels.len() as u32, sampling)?;
+        let image = Self::new(
+            context,
+            name,
+            [width, height],
+            levels.len() as u32,
+            sampling,
+        )?;
         let mut recorder = Recorder::new(context)?;
         let mut staging = Vec::new();
         for (level, (width, height, pixels)) in levels.iter().enumerate() {
@@ -301,7 +345,9 @@ impl Image {
         recorder.copy_from_image(self, offset, extent, &host);
         recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
         recorder.submit()?;
-        Ok(bytemuck::pod_collect_to_vec(&host.mapped()[..bytes as usize]))
+        Ok(bytemuck::pod_collect_to_vec(
+            &host.mapped()[..bytes as usize],
+        ))
     }
 }
 

@@ -22,7 +22,8 @@ use ash::vk;
 
 /// Turns a failed Vulkan call into an [`Error::Device`] that names what was being done.
 fn device_error(action: &str) -> impl FnOnce(vk::Result) -> Error + '_ {
-    move |result| Error::Device {
+    move |result| {
+        Error::Device {
         action: action.to_owned(),
         reason: match result {
             vk::Result::ERROR_DEVICE_LOST => "the device was lost".into(),
@@ -40,5 +41,6 @@ fn device_error(action: &str) -> impl FnOnce(vk::Result) -> Error + '_ {
             _ => "run again with --validate, which says more, or name another --device",
         }
         .into(),
+    }
     }
 }

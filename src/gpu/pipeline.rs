@@ -46,18 +46,31 @@ impl Pipeline {
     ///
     /// # Panics
     /// Where a binding of the shader is not among `resources`: a programmer's mistake.
-    pub fn compute(context: &Arc<Context>, shader: &'static Shader, resources: &Bindings) -> Result<Self> {
+    pub fn compute(
+        context: &Arc<Context>,
+        shader: &'static Shader,
+        resources: &Bindings,
+    ) -> Result<Self> {
         let stages = vk::ShaderStageFlags::COMPUTE;
-        let mut pipeline = Self::without_handle(context, &[shader], stages, vk::PipelineBindPoint::COMPUTE)?;
+        let mut pipeline =
+            Self::without_handle(context, &[shader], stages, vk::PipelineBindPoint::COMPUTE)?;
         let module = Module::new(context, shader)?;
-        let stage =
-            vk::PipelineShaderStageCreateInfo::default().stage(stages).module(module.handle).name(c"main");
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout);
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(stages)
+            .module(module.handle)
+            .name(c"main");
+        let info = vk::ComputePipelineCreateInfo::default()
+            .stage(stage)
+            .layout(pipeline.layout);
         pipeline.handle = pipeline_cache::with(context, |cache| {
             // SAFETY: module and layout are of this device.
-            unsafe { context.device.create_compute_pipelines(cache, &[info], None) }
-                .map(|handles| handles[0])
-                .map_err(|(_, error)| device_error("compiling a shader")(error))
+            unsafe {
+                context
+                    .device
+                    .create_compute_pipelines(cache, &[info], None)
+            }
+            .map(|handles| handles[0])
+            .map_err(|(_, error)| device_error("compiling a shader")(error))
         })?;
         context.set_name(pipeline.handle, shader.name);
         pipeline.bind(resources);
@@ -76,9 +89,16 @@ impl Pipeline {
         resources: &Bindings,
     ) -> Result<Self> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let mut pipeline =
-            Self::without_handle(context, &[vertex, fragment], stages, vk::PipelineBindPoint::GRAPHICS)?;
-        let modules = [Module::new(context, vertex)?, Module::new(context, fragment)?];
+        let mut pipeline = Self::without_handle(
+            context,
+            &[vertex, fragment],
+            stages,
+            vk::PipelineBindPoint::GRAPHICS,
+        )?;
+        let modules = [
+            Module::new(context, vertex)?,
+            Module::new(context, fragment)?,
+        ];
         let stage_flags = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
         let stage_infos = [0, 1].map(|i| {
             vk::PipelineShaderStageCreateInfo::default()
@@ -87,11 +107,14 @@ impl Pipeline {
                 .name(c"main")
         });
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
-            Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
-            Topology::Points => vk::PrimitiveTopology::POINT_LIST,
-        });
-        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
+                Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
+                Topology::Points => vk::PrimitiveTopology::POINT_LIST,
+            });
+        let viewport = vk::PipelineViewportStateCreateInfo::default()
+            .viewport_count(1)
+            .scissor_count(1);
         let raster = vk::PipelineRasterizationStateCreateInfo::default()
             .polygon_mode(vk::PolygonMode::FILL)
             .cull_mode(vk::CullModeFlags::NONE)
@@ -111,7 +134,8 @@ impl Pipeline {
         let dynamic = vk::PipelineDynamicStateCreateInfo::default()
             .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
         let formats = [Image::FORMAT];
-        let mut rendering = vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
+        let mut rendering =
+            vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
         let info = vk::GraphicsPipelineCreateInfo::default()
             .stages(&stage_infos)
             .vertex_input_state(&vertex_input)
@@ -125,9 +149,13 @@ impl Pipeline {
             .push_next(&mut rendering);
         pipeline.handle = pipeline_cache::with(context, |cache| {
             // SAFETY: modules and layout are of this device.
-            unsafe { context.device.create_graphics_pipelines(cache, &[info], None) }
-                .map(|handles| handles[0])
-                .map_err(|(_, error)| device_error("compiling a shader")(error))
+            unsafe {
+                context
+                    .device
+                    .create_graphics_pipelines(cache, &[info], None)
+            }
+            .map(|handles| handles[0])
+            .map_err(|(_, error)| device_error("compiling a shader")(error))
         })?;
         context.set_name(pipeline.handle, vertex.name);
         pipeline.bind(resources);
@@ -162,7 +190,11 @@ impl Pipeline {
                     .stage_flags(stages)
             })
             .collect();
-        let push_bytes = shaders.iter().map(|shader| shader.push_bytes).max().unwrap_or(0);
+        let push_bytes = shaders
+            .iter()
+            .map(|shader| shader.push_bytes)
+            .max()
+            .unwrap_or(0);
         let device = &context.device;
         let mut pipeline = Self {
             context: context.clone(),
@@ -181,22 +213,37 @@ impl Pipeline {
         let failed = || device_error("laying out a pipeline");
         // SAFETY: a valid device; everything is destroyed in Drop.
         unsafe {
-            pipeline.set_layout = device.create_descriptor_set_layout(&info, None).map_err(failed())?;
+            pipeline.set_layout = device
+                .create_descriptor_set_layout(&info, None)
+                .map_err(failed())?;
             let set_layouts = [pipeline.set_layout];
-            let ranges = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: push_bytes }];
+            let ranges = [vk::PushConstantRange {
+                stage_flags: stages,
+                offset: 0,
+                size: push_bytes,
+            }];
             let ranges = if push_bytes > 0 { &ranges[..] } else { &[] };
             let info = vk::PipelineLayoutCreateInfo::default()
                 .set_layouts(&set_layouts)
                 .push_constant_ranges(ranges);
-            pipeline.layout = device.create_pipeline_layout(&info, None).map_err(failed())?;
+            pipeline.layout = device
+                .create_pipeline_layout(&info, None)
+                .map_err(failed())?;
             let sizes: Vec<_> = pipeline
                 .bindings
                 .iter()
-                .map(|b| vk::DescriptorPoolSize { ty: descriptor(b.kind), descriptor_count: 1 })
+                .map(|b| vk::DescriptorPoolSize {
+                    ty: descriptor(b.kind),
+                    descriptor_count: 1,
+                })
                 .collect();
             if !sizes.is_empty() {
-                let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-                pipeline.pool = device.create_descriptor_pool(&info, None).map_err(failed())?;
+                let info = vk::DescriptorPoolCreateInfo::default()
+                    .max_sets(1)
+                    .pool_sizes(&sizes);
+                pipeline.pool = device
+                    .create_descriptor_pool(&info, None)
+                    .map_err(failed())?;
                 let info = vk::DescriptorSetAllocateInfo::default()
                     .descriptor_pool(pipeline.pool)
                     .set_layouts(&set_layouts);
@@ -216,26 +263,35 @@ impl Pipeline {
                 .iter()
                 .find(|(name, _)| *name == binding.name)
                 .unwrap_or_else(|| panic!("{} wants {}", self.name, binding.name));
-            let write = vk::WriteDescriptorSet::default().dst_set(self.set).dst_binding(binding.index);
+            let write = vk::WriteDescriptorSet::default()
+                .dst_set(self.set)
+                .dst_binding(binding.index);
             let (buffers, images);
             let write = match (binding.kind, resource) {
                 (BindingKind::StorageBuffer, Resource::Buffer(buffer)) => {
-                    buffers =
-                        [vk::DescriptorBufferInfo::default().buffer(buffer.handle).range(vk::WHOLE_SIZE)];
-                    write.descriptor_type(vk::DescriptorType::STORAGE_BUFFER).buffer_info(&buffers)
+                    buffers = [vk::DescriptorBufferInfo::default()
+                        .buffer(buffer.handle)
+                        .range(vk::WHOLE_SIZE)];
+                    write
+                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .buffer_info(&buffers)
                 }
                 (BindingKind::StorageImage, Resource::Image(image)) => {
                     images = [vk::DescriptorImageInfo::default()
                         .image_view(image.view)
                         .image_layout(vk::ImageLayout::GENERAL)];
-                    write.descriptor_type(vk::DescriptorType::STORAGE_IMAGE).image_info(&images)
+                    write
+                        .descriptor_type(vk::DescriptorType::STORAGE_IMAGE)
+                        .image_info(&images)
                 }
                 (BindingKind::SampledImage, Resource::Image(image)) => {
                     images = [vk::DescriptorImageInfo::default()
                         .image_view(image.view)
                         .sampler(image.sampler)
                         .image_layout(vk::ImageLayout::GENERAL)];
-                    write.descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER).image_info(&images)
+                    write
+                        .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
+                        .image_info(&images)
                 }
                 _ => panic!("{}: {} is a {:?}", self.name, binding.name, binding.kind),
             };

@@ -15,7 +15,11 @@ pub fn with(
     make: impl FnOnce(vk::PipelineCache) -> Result<vk::Pipeline>,
 ) -> Result<vk::Pipeline> {
     let path = file(context);
-    let stored = path.as_ref().and_then(|path| std::fs::read(path).ok()).and_then(unpack).unwrap_or_default();
+    let stored = path
+        .as_ref()
+        .and_then(|path| std::fs::read(path).ok())
+        .and_then(unpack)
+        .unwrap_or_default();
     let info = vk::PipelineCacheCreateInfo::default().initial_data(&stored);
     let device = &context.device;
     // SAFETY: the driver checks the header of data that passed our checksum.
@@ -36,8 +40,16 @@ pub fn with(
 }
 
 fn file(context: &Context) -> Option<PathBuf> {
-    let id: String = context.cache_uuid().iter().map(|byte| format!("{byte:02x}")).collect();
-    Some(dirs::cache_dir()?.join("nephroid").join(format!("pipelines-{id}.bin")))
+    let id: String = context
+        .cache_uuid()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    Some(
+        dirs::cache_dir()?
+            .join("nephroid")
+            .join(format!("pipelines-{id}.bin")),
+    )
 }
 
 fn pack(data: &[u8]) -> Vec<u8> {
@@ -56,7 +68,10 @@ mod tests {
     #[test]
     fn damaged_files_are_ignored() {
         let file = pack(b"what the driver learnt");
-        assert_eq!(unpack(file.clone()).as_deref(), Some(&b"what the driver learnt"[..]));
+        assert_eq!(
+            unpack(file.clone()).as_deref(),
+            Some(&b"what the driver learnt"[..])
+        );
         for (index, _) in file.iter().enumerate() {
             let mut damaged = file.clone();
             damaged[index] ^= 1;

@@ -14,14 +14,23 @@ use std::time::Instant;
 pub struct Access(vk::PipelineStageFlags2, vk::AccessFlags2);
 
 impl Access {
-    pub const COMPUTE_READ: Self =
-        Self(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_READ);
-    pub const COMPUTE_WRITE: Self =
-        Self(vk::PipelineStageFlags2::COMPUTE_SHADER, vk::AccessFlags2::SHADER_WRITE);
+    pub const COMPUTE_READ: Self = Self(
+        vk::PipelineStageFlags2::COMPUTE_SHADER,
+        vk::AccessFlags2::SHADER_READ,
+    );
+    pub const COMPUTE_WRITE: Self = Self(
+        vk::PipelineStageFlags2::COMPUTE_SHADER,
+        vk::AccessFlags2::SHADER_WRITE,
+    );
     pub const COMPUTE: Self = Self::COMPUTE_READ.and(Self::COMPUTE_WRITE);
-    pub const VERTEX_READ: Self = Self(vk::PipelineStageFlags2::VERTEX_SHADER, vk::AccessFlags2::SHADER_READ);
-    pub const INDIRECT_READ: Self =
-        Self(vk::PipelineStageFlags2::DRAW_INDIRECT, vk::AccessFlags2::INDIRECT_COMMAND_READ);
+    pub const VERTEX_READ: Self = Self(
+        vk::PipelineStageFlags2::VERTEX_SHADER,
+        vk::AccessFlags2::SHADER_READ,
+    );
+    pub const INDIRECT_READ: Self = Self(
+        vk::PipelineStageFlags2::DRAW_INDIRECT,
+        vk::AccessFlags2::INDIRECT_COMMAND_READ,
+    );
     /// Blending reads and writes.
     pub const BLEND: Self = Self(
         vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
@@ -30,14 +39,24 @@ impl Access {
                 | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw(),
         ),
     );
-    pub const TRANSFER_READ: Self =
-        Self(vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_READ);
-    pub const TRANSFER_WRITE: Self =
-        Self(vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
+    pub const TRANSFER_READ: Self = Self(
+        vk::PipelineStageFlags2::ALL_TRANSFER,
+        vk::AccessFlags2::TRANSFER_READ,
+    );
+    pub const TRANSFER_WRITE: Self = Self(
+        vk::PipelineStageFlags2::ALL_TRANSFER,
+        vk::AccessFlags2::TRANSFER_WRITE,
+    );
     pub const HOST_READ: Self = Self(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
     /// For uploads and read-backs, where speed does not matter.
-    pub const ANY_READ: Self = Self(vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_READ);
-    pub const ANY_WRITE: Self = Self(vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
+    pub const ANY_READ: Self = Self(
+        vk::PipelineStageFlags2::ALL_COMMANDS,
+        vk::AccessFlags2::MEMORY_READ,
+    );
+    pub const ANY_WRITE: Self = Self(
+        vk::PipelineStageFlags2::ALL_COMMANDS,
+        vk::AccessFlags2::MEMORY_WRITE,
+    );
 
     /// Both.
     pub const fn and(self, other: Self) -> Self {
@@ -100,10 +119,13 @@ impl Recorder {
         // SAFETY: a valid device; everything is destroyed in Drop.
         unsafe {
             recorder.pool = device.create_command_pool(&pool, None).map_err(failed())?;
-            let info =
-                vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(recorder.pool)
+                .command_buffer_count(1);
             recorder.commands = device.allocate_command_buffers(&info).map_err(failed())?[0];
-            recorder.fence = device.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed())?;
+            recorder.fence = device
+                .create_fence(&vk::FenceCreateInfo::default(), None)
+                .map_err(failed())?;
             if context.timestamp_period > 0.0 {
                 recorder.queries = device.create_query_pool(&queries, None).map_err(failed())?;
             }
@@ -118,16 +140,26 @@ impl Recorder {
     }
 
     fn begin(&mut self) -> Result<()> {
-        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let info = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the buffer is not in use: `submit` waits.
         unsafe {
             self.context
                 .device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
-                .and_then(|()| self.context.device.begin_command_buffer(self.commands, &info))
+                .and_then(|()| {
+                    self.context
+                        .device
+                        .begin_command_buffer(self.commands, &info)
+                })
                 .map_err(device_error("beginning a command buffer"))?;
             if self.queries != vk::QueryPool::null() {
-                self.context.device.cmd_reset_query_pool(self.commands, self.queries, 0, 2 * MAX_SCOPES);
+                self.context.device.cmd_reset_query_pool(
+                    self.commands,
+                    self.queries,
+                    0,
+                    2 * MAX_SCOPES,
+                );
             }
         }
         Ok(())
@@ -145,8 +177,12 @@ impl Recorder {
             device.end_command_buffer(self.commands).map_err(failed())?;
             let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
             let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-            device.queue_submit2(self.context.queue, &submit, self.fence).map_err(failed())?;
-            device.wait_for_fences(&[self.fence], true, u64::MAX).map_err(failed())?;
+            device
+                .queue_submit2(self.context.queue, &submit, self.fence)
+                .map_err(failed())?;
+            device
+                .wait_for_fences(&[self.fence], true, u64::MAX)
+                .map_err(failed())?;
             device.reset_fences(&[self.fence]).map_err(failed())?;
         }
         self.read_timestamps()?;
@@ -206,7 +242,11 @@ impl Recorder {
                 debug.cmd_end_debug_utils_label(self.commands);
             }
         }
-        self.scopes.push(PassTime { name, gpu: None, wall: None });
+        self.scopes.push(PassTime {
+            name,
+            gpu: None,
+            wall: None,
+        });
         self.unread += u32::from(timed);
         if self.wait_each_pass {
             self.submit()?;
@@ -242,14 +282,22 @@ impl Recorder {
             .dst_access_mask(to.1)];
         let info = vk::DependencyInfo::default().memory_barriers(&barrier);
         // SAFETY: a recording command buffer, outside of rendering.
-        unsafe { self.context.device.cmd_pipeline_barrier2(self.commands, &info) };
+        unsafe {
+            self.context
+                .device
+                .cmd_pipeline_barrier2(self.commands, &info)
+        };
     }
 
     /// Runs a compute shader over `groups` workgroups.
     pub fn dispatch<P: Pod>(&mut self, pipeline: &Pipeline, push: &P, groups: [u32; 3]) {
         self.use_pipeline(pipeline, push);
         // SAFETY: pipeline and resources are bound.
-        unsafe { self.context.device.cmd_dispatch(self.commands, groups[0], groups[1], groups[2]) };
+        unsafe {
+            self.context
+                .device
+                .cmd_dispatch(self.commands, groups[0], groups[1], groups[2])
+        };
     }
 
     /// Draws into `target` as many vertices as `arguments` (a `VkDrawIndirectCommand`) say.
@@ -264,7 +312,9 @@ impl Recorder {
         self.use_pipeline(pipeline, push);
         // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
         unsafe {
-            self.context.device.cmd_draw_indirect(self.commands, arguments.handle, 0, 1, 0);
+            self.context
+                .device
+                .cmd_draw_indirect(self.commands, arguments.handle, 0, 1, 0);
             self.context.device.cmd_end_rendering(self.commands);
         }
     }
@@ -275,7 +325,9 @@ impl Recorder {
         self.use_pipeline(pipeline, push);
         // SAFETY: pipeline, resources and target are bound.
         unsafe {
-            self.context.device.cmd_draw(self.commands, vertices, 1, 0, 0);
+            self.context
+                .device
+                .cmd_draw(self.commands, vertices, 1, 0, 0);
             self.context.device.cmd_end_rendering(self.commands);
         }
     }
@@ -283,7 +335,10 @@ impl Recorder {
     fn begin_rendering(&mut self, target: &Image) {
         let area = vk::Rect2D {
             offset: vk::Offset2D::default(),
-            extent: vk::Extent2D { width: target.width, height: target.height },
+            extent: vk::Extent2D {
+                width: target.width,
+                height: target.height,
+            },
         };
         let viewport = vk::Viewport {
             x: 0.0,
@@ -298,8 +353,10 @@ impl Recorder {
             .image_layout(vk::ImageLayout::GENERAL)
             .load_op(vk::AttachmentLoadOp::LOAD)
             .store_op(vk::AttachmentStoreOp::STORE)];
-        let info =
-            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&attachments);
         let device = &self.context.device;
         // SAFETY: a recording command buffer and a target in layout GENERAL.
         unsafe {
@@ -311,7 +368,11 @@ impl Recorder {
 
     fn use_pipeline<P: Pod>(&mut self, pipeline: &Pipeline, push: &P) {
         let bytes = bytemuck::bytes_of(push);
-        assert_eq!(bytes.len(), pipeline.push_bytes as usize, "push constants match the shader");
+        assert_eq!(
+            bytes.len(),
+            pipeline.push_bytes as usize,
+            "push constants match the shader"
+        );
         let device = &self.context.device;
         // SAFETY: a recording command buffer and a pipeline of this device.
         unsafe {
@@ -327,7 +388,13 @@ impl Recorder {
                 );
             }
             if !bytes.is_empty() {
-                device.cmd_push_constants(self.commands, pipeline.layout, pipeline.stages, 0, bytes);
+                device.cmd_push_constants(
+                    self.commands,
+                    pipeline.layout,
+                    pipeline.stages,
+                    0,
+                    bytes,
+                );
             }
         }
     }
@@ -347,12 +414,26 @@ impl Recorder {
     }
 
     pub(super) fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
-        let region = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
+        let region = [vk::BufferCopy {
+            src_offset: 0,
+            dst_offset: 0,
+            size: bytes,
+        }];
         // SAFETY: both buffers hold at least `bytes`.
-        unsafe { self.context.device.cmd_copy_buffer(self.commands, from.handle, to.handle, &region) };
+        unsafe {
+            self.context
+                .device
+                .cmd_copy_buffer(self.commands, from.handle, to.handle, &region)
+        };
     }
 
-    pub(super) fn copy_to_image(&mut self, from: &Buffer, to: &Image, level: u32, extent: [u32; 2]) {
+    pub(super) fn copy_to_image(
+        &mut self,
+        from: &Buffer,
+        to: &Image,
+        level: u32,
+        extent: [u32; 2],
+    ) {
         let region = [image_copy(level, [0, 0], extent)];
         // SAFETY: the buffer holds the level; the image is in layout GENERAL.
         unsafe {
@@ -366,7 +447,13 @@ impl Recorder {
         }
     }
 
-    pub(super) fn copy_from_image(&mut self, from: &Image, offset: [u32; 2], extent: [u32; 2], to: &Buffer) {
+    pub(super) fn copy_from_image(
+        &mut self,
+        from: &Image,
+        offset: [u32; 2],
+        extent: [u32; 2],
+        to: &Buffer,
+    ) {
         let region = [image_copy(0, offset, extent)];
         // SAFETY: the buffer holds the rectangle; the image is in layout GENERAL.
         unsafe {
@@ -391,7 +478,11 @@ impl Recorder {
             .subresource_range(range)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
         // SAFETY: a new image of this device.
-        unsafe { self.context.device.cmd_pipeline_barrier2(self.commands, &info) };
+        unsafe {
+            self.context
+                .device
+                .cmd_pipeline_barrier2(self.commands, &info)
+        };
     }
 }
 
@@ -411,8 +502,16 @@ fn image_copy(level: u32, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> vk::Bu
                 .mip_level(level)
                 .layer_count(1),
         )
-        .image_offset(vk::Offset3D { x: x as i32, y: y as i32, z: 0 })
-        .image_extent(vk::Extent3D { width, height, depth: 1 })
+        .image_offset(vk::Offset3D {
+            x: x as i32,
+            y: y as i32,
+            z: 0,
+        })
+        .image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })
 }
 
 impl Drop for Recorder {

@@ -19,7 +19,9 @@ impl Messages {
 
     /// Create-info for a messenger that writes here; `self` must outlive the messenger.
     pub fn messenger_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'_> {
-        use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
+        use vk::{
+            DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type,
+        };
         vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(Severity::ERROR | Severity::WARNING)
             .message_type(Type::VALIDATION | Type::PERFORMANCE | Type::GENERAL)
@@ -46,7 +48,9 @@ unsafe extern "system" fn collect(
             String::new()
         } else {
             // SAFETY: not null, and the specification promises a C string.
-            unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
+            unsafe { CStr::from_ptr(pointer) }
+                .to_string_lossy()
+                .into_owned()
         }
     };
     let message = format!("{}: {}", text(data.p_message_id_name), text(data.p_message));

@@ -46,7 +46,11 @@ impl<'a> Gathering<'a> {
             })
             .collect();
         let triangles = Distribution::new(problem.mirrors.iter().map(|t| t.area))?;
-        (!environments.is_empty()).then_some(Self { problem, environments, triangles })
+        (!environments.is_empty()).then_some(Self {
+            problem,
+            environments,
+            triangles,
+        })
     }
 
     /// Pairs of points that [`Self::batch`] looks at.
@@ -64,7 +68,9 @@ impl<'a> Gathering<'a> {
                 self.problem.check_cancelled()?;
             }
             let seed = split_mix(u64::from(seed) << 32 | texel as u64) as u32;
-            let sum: DVec3 = (0..points).map(|index| self.pair(texel, sobol_4d(index, seed))).sum();
+            let sum: DVec3 = (0..points)
+                .map(|index| self.pair(texel, sobol_4d(index, seed)))
+                .sum();
             *irradiance = (sum / f64::from(points)).to_array();
         }
         Ok(map)
@@ -89,13 +95,15 @@ impl<'a> Gathering<'a> {
         {
             return DVec3::ZERO;
         }
-        let blocked =
-            |direction, length| (self.problem).blocked(x.position, direction, length, triangle.blocker);
+        let blocked = |direction, length| {
+            (self.problem).blocked(x.position, direction, length, triangle.blocker)
+        };
         if blocked(out, distance) || blocked(light, f64::INFINITY) {
             return DVec3::ZERO;
         }
-        let radiance: DVec3 =
-            (self.environments.iter()).map(|environment| environment.dim_radiance(light)).sum();
+        let radiance: DVec3 = (self.environments.iter())
+            .map(|environment| environment.dim_radiance(light))
+            .sum();
         let bounded = cosine_x * cosine_y / (distance_squared + near_squared(self.problem));
         radiance * triangle.reflectance * bounded * self.triangles.total()
     }

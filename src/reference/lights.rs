@@ -59,19 +59,24 @@ impl Emitter {
     /// `None` for a light without power.
     pub fn new(light: &Light) -> Option<Self> {
         match &light.kind {
-            LightKind::Sun { direction, irradiance, angular_radius } => (irradiance.max_element() > 0.0)
-                .then(|| {
-                    let (tangent, bitangent) = direction.any_orthonormal_pair();
-                    Self::Sun(Sun {
-                        direction: *direction,
-                        across: [tangent, bitangent],
-                        irradiance: *irradiance,
-                        sine_of_radius: angular_radius.sin(),
-                    })
-                }),
-            LightKind::Environment { map, scale, rotation } => {
-                Environment::new(map, *scale, *rotation).map(Self::Environment)
-            }
+            LightKind::Sun {
+                direction,
+                irradiance,
+                angular_radius,
+            } => (irradiance.max_element() > 0.0).then(|| {
+                let (tangent, bitangent) = direction.any_orthonormal_pair();
+                Self::Sun(Sun {
+                    direction: *direction,
+                    across: [tangent, bitangent],
+                    irradiance: *irradiance,
+                    sine_of_radius: angular_radius.sin(),
+                })
+            }),
+            LightKind::Environment {
+                map,
+                scale,
+                rotation,
+            } => Environment::new(map, *scale, *rotation).map(Self::Environment),
         }
     }
 
@@ -128,8 +133,9 @@ impl Environment {
             let sine = (PI * (row as f64 + 0.5) / size[1] as f64).sin();
             sine * TAU * PI / (size[0] * size[1]) as f64
         };
-        let total: DVec3 =
-            (radiance.iter().enumerate()).map(|(i, &radiance)| radiance * solid_angle(i / size[0])).sum();
+        let total: DVec3 = (radiance.iter().enumerate())
+            .map(|(i, &radiance)| radiance * solid_angle(i / size[0]))
+            .sum();
         let limit = BRIGHT * total / (4.0 * PI);
         let dim: Vec<DVec3> = radiance.iter().map(|l| l.min(limit)).collect();
         let bright: Vec<DVec3> = (radiance.iter().zip(&dim)).map(|(l, d)| *l - *d).collect();
@@ -140,10 +146,20 @@ impl Environment {
             })
             .collect();
         let row = Distribution::new(density.chunks(size[0]).map(|row| row.iter().sum()))?;
-        let column = (density.chunks(size[0])).map(|row| Distribution::new(row.iter().copied())).collect();
+        let column = (density.chunks(size[0]))
+            .map(|row| Distribution::new(row.iter().copied()))
+            .collect();
         let mean = row.total() / density.len() as f64;
         density.iter_mut().for_each(|density| *density /= mean);
-        Some(Self { size, bright, dim, rotation, density, row, column })
+        Some(Self {
+            size,
+            bright,
+            dim,
+            rotation,
+            density,
+            row,
+            column,
+        })
     }
 
     /// Picks a texel, then a point under its tent: the density is the bilinear interpolation of
@@ -198,7 +214,11 @@ fn interpolate(values: &[DVec3], taps: &[(usize, f64); 4]) -> DVec3 {
 
 /// Inverse of the distribution function of 1 − |x| on [−1, 1].
 fn tent(u: f64) -> f64 {
-    if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 * (1.0 - u)).sqrt() }
+    if u < 0.5 {
+        (2.0 * u).sqrt() - 1.0
+    } else {
+        1.0 - (2.0 * (1.0 - u)).sqrt()
+    }
 }
 
 #[cfg(test)]
@@ -222,7 +242,11 @@ mod tests {
         let direction = DVec3::new(-0.8, 0.55, 0.1).normalize();
         let light = Light {
             name: "sun".into(),
-            kind: LightKind::Sun { direction, irradiance: DVec3::new(1.0, 2.0, 3.0), angular_radius: 0.8 },
+            kind: LightKind::Sun {
+                direction,
+                irradiance: DVec3::new(1.0, 2.0, 3.0),
+                angular_radius: 0.8,
+            },
         };
         let sun = Emitter::new(&light).unwrap();
         let facing = mean(&sun, |d| d.bright.z * d.direction.dot(direction));
@@ -232,7 +256,11 @@ mod tests {
         let radiance = 3.0 / (PI * f64::sin(0.8).powi(2));
         let scalar = mean(&sun, |d| d.bright.z);
         assert!((scalar / (radiance * solid_angle) - 1.0).abs() < 1e-4);
-        assert!(mean(&sun, |d| f64::from(d.direction.dot(direction) < f64::cos(0.8))) < 1e-9);
+        assert!(
+            mean(&sun, |d| f64::from(
+                d.direction.dot(direction) < f64::cos(0.8)
+            )) < 1e-9
+        );
     }
 
     fn environment(radiance: impl Fn(u32, u32) -> [f32; 3], rotation: f64) -> Emitter {
@@ -240,11 +268,17 @@ mod tests {
         let map = EnvironmentMap {
             width,
             height,
-            radiance: (0..width * height).map(|i| radiance(i % width, i / width)).collect(),
+            radiance: (0..width * height)
+                .map(|i| radiance(i % width, i / width))
+                .collect(),
         };
         let light = Light {
             name: "sky".into(),
-            kind: LightKind::Environment { map: Arc::new(map), scale: 2.0, rotation },
+            kind: LightKind::Environment {
+                map: Arc::new(map),
+                scale: 2.0,
+                rotation,
+            },
         };
         Emitter::new(&light).unwrap()
     }
@@ -272,7 +306,9 @@ mod tests {
             assert!(toward.dot(horizontal) > 0.97, "{toward}");
             assert!((0.1..0.3).contains(&toward.y), "{toward}");
             assert!(toward.reject_from(horizontal).with_y(0.0).length() < 0.01);
-            let Emitter::Environment(map) = &sky else { unreachable!() };
+            let Emitter::Environment(map) = &sky else {
+                unreachable!()
+            };
             assert!(map.dim_radiance(toward).x > 5.0 * map.dim_radiance(-toward).x);
         }
     }
@@ -280,7 +316,9 @@ mod tests {
     #[test]
     fn drawing_and_looking_up_agree() {
         let sky = environment(|x, y| [(1 + x) as f32, (1 + y) as f32, 1.0], 0.7);
-        let Emitter::Environment(map) = &sky else { unreachable!() };
+        let Emitter::Environment(map) = &sky else {
+            unreachable!()
+        };
         // Σ dim/density over draws = ∫ dim dω, by a grid of directions as well.
         let by_draws = mean(&sky, |d| d.dim.x * (1.5 + d.direction.z));
         let (rows, columns) = (400, 800);
@@ -295,6 +333,9 @@ mod tests {
             }
         }
         by_grid *= 4.0 * PI / f64::from(rows * columns);
-        assert!((by_draws / by_grid - 1.0).abs() < 2e-3, "{by_draws} {by_grid}");
+        assert!(
+            (by_draws / by_grid - 1.0).abs() < 2e-3,
+            "{by_draws} {by_grid}"
+        );
     }
 }

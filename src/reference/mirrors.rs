@@ -56,7 +56,9 @@ pub fn triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     for object in scene.objects.iter().filter(|object| object.blocks_light) {
         let mesh = mesh(&object.geometry);
         triangles.extend(
-            mesh.triangles.iter().map(|corners| corners.map(|corner| mesh.positions[corner as usize])),
+            mesh.triangles
+                .iter()
+                .map(|corners| corners.map(|corner| mesh.positions[corner as usize])),
         );
     }
     triangles
@@ -141,7 +143,11 @@ impl Distribution {
         while index + 1 < self.cumulative.len() && self.cumulative[index] <= target {
             index += 1;
         }
-        let start = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
+        let start = if index == 0 {
+            0.0
+        } else {
+            self.cumulative[index - 1]
+        };
         let share = (target - start) / (self.cumulative[index] - start);
         (index, share.clamp(0.0, 1.0 - f64::EPSILON))
     }

@@ -62,7 +62,11 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { error: 0.005, max_samples: 4_000_000_000, seed: 0 }
+        Self {
+            error: 0.005,
+            max_samples: 4_000_000_000,
+            seed: 0,
+        }
     }
 }
 
@@ -140,7 +144,10 @@ pub fn caustic(
     let solution = rounds::solve(&problem, options, progress)?;
     let [width, height] = texels;
     let texel_area = problem.receiver.texel_area();
-    let total = solution.irradiance.iter().fold(DVec3::ZERO, |sum, &e| sum + DVec3::from(e));
+    let total = solution
+        .irradiance
+        .iter()
+        .fold(DVec3::ZERO, |sum, &e| sum + DVec3::from(e));
     Ok(Reference {
         width,
         height,

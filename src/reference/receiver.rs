@@ -102,7 +102,9 @@ mod tests {
             assert!(receiver.hit(point + direction, direction).is_none());
         }
         // Last row at v = 0, column 0 at u = 0.
-        let (texel, _) = receiver.hit(rect.origin + DVec3::new(0.1, 1.0, -0.1), DVec3::NEG_Y).unwrap();
+        let (texel, _) = receiver
+            .hit(rect.origin + DVec3::new(0.1, 1.0, -0.1), DVec3::NEG_Y)
+            .unwrap();
         assert_eq!(texel, 8);
         let beside = rect.origin + DVec3::new(-0.1, 1.0, -0.1);
         assert!(receiver.hit(beside, DVec3::NEG_Y).is_none());

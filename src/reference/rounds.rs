@@ -70,7 +70,12 @@ struct Part<'a> {
 
 impl<'a> Part<'a> {
     fn new(method: Method<'a>, empty: Map) -> Self {
-        Self { method, weighted: empty.clone(), variance: empty, size: 0 }
+        Self {
+            method,
+            weighted: empty.clone(),
+            variance: empty,
+            size: 0,
+        }
     }
 
     fn mean(&self, texel: usize, channel: usize) -> f64 {
@@ -85,13 +90,18 @@ impl<'a> Part<'a> {
     /// Adds one round. Batches are added in order, so that the sum does not depend on threads.
     fn run(&mut self, size: u32, seeds: &mut Seeds, done: &mut dyn FnMut(u64)) -> Result<()> {
         let map_bytes = size_of::<[f64; 3]>() * self.weighted.len();
-        let at_once = rayon::current_num_threads().min(MAP_MEMORY / map_bytes).max(1);
+        let at_once = rayon::current_num_threads()
+            .min(MAP_MEMORY / map_bytes)
+            .max(1);
         let mut sum = vec![[0.0; 3]; self.weighted.len()];
         let mut squares = sum.clone();
-        let seeds: Vec<u32> = (0..REPLICATES).map(|_| seeds.next(self.method.samples(size))).collect();
+        let seeds: Vec<u32> = (0..REPLICATES)
+            .map(|_| seeds.next(self.method.samples(size)))
+            .collect();
         for seeds in seeds.chunks(at_once) {
-            let batches: Vec<Result<Map>> =
-                (seeds.par_iter()).map(|&seed| self.method.batch(size, seed)).collect();
+            let batches: Vec<Result<Map>> = (seeds.par_iter())
+                .map(|&seed| self.method.batch(size, seed))
+                .collect();
             for batch in batches {
                 let batch = batch?;
                 for ((sum, square), value) in sum.iter_mut().zip(&mut squares).zip(&batch) {
@@ -124,7 +134,9 @@ struct Seeds {
 
 impl Seeds {
     fn new(seed: u32) -> Self {
-        Self { next: split_mix(seed.into()) as u32 }
+        Self {
+            next: split_mix(seed.into()) as u32,
+        }
     }
 
     /// A seed for a batch that needs at most as many as it has samples over 2^16, rounded up.
@@ -147,19 +159,28 @@ fn relative_error(parts: &[&Part], total: f64, texels: usize) -> f64 {
             sigma += variance.sqrt();
         }
     }
-    if total > 0.0 { MEAN_ABSOLUTE * sigma / total } else { 0.0 }
+    if total > 0.0 {
+        MEAN_ABSOLUTE * sigma / total
+    } else {
+        0.0
+    }
 }
 
 /// Runs rounds of the method with the larger error until the sum of all is good enough.
-pub fn solve(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&Progress)) -> Result<Solution> {
+pub fn solve(
+    problem: &Problem,
+    options: &Options,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Solution> {
     let empty = problem.receiver.empty_map();
     let texels = empty.len();
     let methods = [
         LightTracing::new(problem).map(Method::LightTracing),
         Gathering::new(problem).map(Method::Gathering),
     ];
-    let mut parts: Vec<Part> =
-        (methods.into_iter().flatten()).map(|method| Part::new(method, empty.clone())).collect();
+    let mut parts: Vec<Part> = (methods.into_iter().flatten())
+        .map(|method| Part::new(method, empty.clone()))
+        .collect();
     let mut seeds = Seeds::new(options.seed);
     let (mut samples, mut error, mut fraction) = (0, f64::INFINITY, 0.0);
     let mut size = 1;
@@ -168,10 +189,16 @@ pub fn solve(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&Pro
         let worst = if round < parts.len() {
             round
         } else {
-            let sum = |p: &Part| (0..texels).map(|t| (0..3).map(|c| p.mean(t, c)).sum::<f64>()).sum::<f64>();
+            let sum = |p: &Part| {
+                (0..texels)
+                    .map(|t| (0..3).map(|c| p.mean(t, c)).sum::<f64>())
+                    .sum::<f64>()
+            };
             let total: f64 = parts.iter().map(sum).sum();
             error = relative_error(&parts.iter().collect::<Vec<_>>(), total, texels);
-            let errors: Vec<f64> = (parts.iter()).map(|p| relative_error(&[p], total, texels)).collect();
+            let errors: Vec<f64> = (parts.iter())
+                .map(|p| relative_error(&[p], total, texels))
+                .collect();
             let worst = (0..parts.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
             let Some(worst) = worst.filter(|_| error > options.error) else {
                 break;

@@ -40,7 +40,11 @@ impl<'a> LightTracing<'a> {
                 let flux = problem.mirrors.iter().map(|t| emitter.flux_onto(t));
                 let triangles = Distribution::new(flux)?;
                 let share = triangles.total();
-                Some(Source { emitter, triangles, share })
+                Some(Source {
+                    emitter,
+                    triangles,
+                    share,
+                })
             })
             .collect();
         let total: f64 = sources.iter().map(|source| source.share).sum();
@@ -58,7 +62,9 @@ impl<'a> LightTracing<'a> {
 
     /// Rays that [`Self::batch`] traces.
     pub fn samples(&self, sequences: u32) -> u64 {
-        self.sequences(sequences).map(|(_, n)| u64::from(n) * u64::from(SEQUENCE_LENGTH)).sum()
+        self.sequences(sequences)
+            .map(|(_, n)| u64::from(n) * u64::from(SEQUENCE_LENGTH))
+            .sum()
     }
 
     /// Irradiance from about `sequences` sequences of points, W/m².
@@ -80,7 +86,14 @@ impl<'a> LightTracing<'a> {
         Ok(map)
     }
 
-    fn sequence(&self, source: &Source, seed: u32, map: &mut Map, scale: f64, stratify: impl Fn(f64) -> f64) {
+    fn sequence(
+        &self,
+        source: &Source,
+        seed: u32,
+        map: &mut Map,
+        scale: f64,
+        stratify: impl Fn(f64) -> f64,
+    ) {
         for index in 0..SEQUENCE_LENGTH {
             let [u0, u1, u2, u3] = sobol_4d(index, seed);
             let (triangle, u0) = source.triangles.pick(stratify(u0));
@@ -115,13 +128,17 @@ impl<'a> LightTracing<'a> {
             return None;
         }
         let (texel, distance) = self.problem.receiver.hit(point.position, out)?;
-        let blocked =
-            |direction, length| (self.problem).blocked(point.position, direction, length, triangle.blocker);
+        let blocked = |direction, length| {
+            (self.problem).blocked(point.position, direction, length, triangle.blocker)
+        };
         if blocked(out, distance) || blocked(light.direction, f64::INFINITY) {
             return None;
         }
         let traced = 1.0 - gathered_share(self.problem, distance * distance);
         let radiance = light.bright + traced * light.dim;
-        Some((texel, radiance * triangle.reflectance * triangle.area * cosine))
+        Some((
+            texel,
+            radiance * triangle.reflectance * triangle.area * cosine,
+        ))
     }
 }

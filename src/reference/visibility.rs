@@ -36,19 +36,38 @@ impl Blockers {
             .collect();
         let bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
         let tolerance = TOLERANCE * bvh.root_aabb().extents().length();
-        let triangles =
-            corners.iter().map(|&[a, b, c]| Triangle { a, edge_1: b - a, edge_2: c - a }).collect();
-        Some(Self { triangles, bvh, tolerance })
+        let triangles = corners
+            .iter()
+            .map(|&[a, b, c]| Triangle {
+                a,
+                edge_1: b - a,
+                edge_2: c - a,
+            })
+            .collect();
+        Some(Self {
+            triangles,
+            bvh,
+            tolerance,
+        })
     }
 
     /// Whether a triangle other than `origin_triangle` crosses `origin` + t·`direction` for
     /// t between 0 and `length` (m, may be infinite); `direction` is a unit vector.
-    pub fn block(&self, origin: DVec3, direction: DVec3, length: f64, origin_triangle: Option<u32>) -> bool {
+    pub fn block(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        length: f64,
+        origin_triangle: Option<u32>,
+    ) -> bool {
         let range = [self.tolerance, length - self.tolerance];
         let inverse = direction.recip();
-        (self.bvh).leaves(|node| box_meets(node, origin, inverse, range)).any(|leaf| {
-            Some(leaf) != origin_triangle && self.triangles[leaf as usize].meets(origin, direction, range)
-        })
+        (self.bvh)
+            .leaves(|node| box_meets(node, origin, inverse, range))
+            .any(|leaf| {
+                Some(leaf) != origin_triangle
+                    && self.triangles[leaf as usize].meets(origin, direction, range)
+            })
     }
 }
 
@@ -114,7 +133,10 @@ mod tests {
         assert!(blockers.block(start, DVec3::Y, f64::INFINITY, None));
         assert!(blockers.block(start, DVec3::Y, 1.5, None));
         assert!(!blockers.block(start, DVec3::Y, 0.5, None));
-        assert!(!blockers.block(start, DVec3::Y, 1.0, None), "its end lies on it");
+        assert!(
+            !blockers.block(start, DVec3::Y, 1.0, None),
+            "its end lies on it"
+        );
         assert!(!blockers.block(start, DVec3::NEG_Y, f64::INFINITY, None));
         let above = DVec3::new(0.3, 2.0, 0.2);
         assert!(blockers.block(above, DVec3::NEG_Y, f64::INFINITY, None));

@@ -38,7 +38,11 @@ impl Direct {
                 rotation: scene.rotation,
                 trace: 1,
             };
-            recorder.dispatch(&self.pipeline, &push, [tile.size[0].div_ceil(8), tile.size[1].div_ceil(8), 1]);
+            recorder.dispatch(
+                &self.pipeline,
+                &push,
+                [tile.size[0].div_ceil(8), tile.size[1].div_ceil(8), 1],
+            );
         }
     }
 }

@@ -16,7 +16,9 @@ const PROFILES: usize = 64;
 /// Kernels (1 − tⁿ)^1.5 for p from 0 to 1.5: n, the squared support radius a² that gives unit
 /// covariance, and the mean M₀ = ∫₀¹ (1 − tⁿ)^1.5 dt.
 pub fn profiles() -> Vec<Profile> {
-    (0..PROFILES).map(|i| profile(1.5 * i as f64 / (PROFILES - 1) as f64)).collect()
+    (0..PROFILES)
+        .map(|i| profile(1.5 * i as f64 / (PROFILES - 1) as f64))
+        .collect()
 }
 
 fn profile(p: f64) -> Profile {
@@ -25,14 +27,26 @@ fn profile(p: f64) -> Profile {
     // a²/2 · M₁/M₀, M₁ = ∫₀¹ t (1 − tⁿ)^1.5 dt.
     let m0 = integrate(|t| (1.0 - t.powf(n)).powf(1.5));
     let m1 = integrate(|t| t * (1.0 - t.powf(n)).powf(1.5));
-    Profile { inner: n as f32, support: (2.0 * m0 / m1) as f32, mean: m0 as f32, unused: 0.0 }
+    Profile {
+        inner: n as f32,
+        support: (2.0 * m0 / m1) as f32,
+        mean: m0 as f32,
+        unused: 0.0,
+    }
 }
 
 /// Exponent n that fits a disc of light blurred by a patch best, by the share that the disc has
 /// in the covariance, as p = 8/q − 3; found by search, interpolated in logarithms.
 fn flatness(p: f64) -> f64 {
-    const FITTED: [(f64, f64); 7] =
-        [(0.05, 10.05), (0.1, 6.66), (0.2, 4.31), (0.3, 3.29), (0.5, 2.31), (1.0, 1.38), (1.5, 1.0)];
+    const FITTED: [(f64, f64); 7] = [
+        (0.05, 10.05),
+        (0.1, 6.66),
+        (0.2, 4.31),
+        (0.3, 3.29),
+        (0.5, 2.31),
+        (1.0, 1.38),
+        (1.5, 1.0),
+    ];
     let p = p.clamp(FITTED[0].0, FITTED[6].0);
     let i = FITTED[1..6].iter().filter(|(known, _)| *known < p).count();
     let ((p0, n0), (p1, n1)) = (FITTED[i], FITTED[i + 1]);
@@ -43,7 +57,10 @@ fn flatness(p: f64) -> f64 {
 /// ∫₀¹ by the midpoint rule, good to 1e-6 here.
 fn integrate(f: impl Fn(f64) -> f64) -> f64 {
     const STEPS: usize = 20_000;
-    (0..STEPS).map(|i| f((i as f64 + 0.5) / STEPS as f64)).sum::<f64>() / STEPS as f64
+    (0..STEPS)
+        .map(|i| f((i as f64 + 0.5) / STEPS as f64))
+        .sum::<f64>()
+        / STEPS as f64
 }
 
 #[cfg(test)]

@@ -95,7 +95,10 @@ mod tests {
             match STRUCTS.iter().find(|s| s.name == *name) {
                 None => found.push(format!("{name} is in no shader")),
                 Some(glsl) if glsl.fields != *fields || glsl.size != *size => {
-                    found.push(format!("{name}: {} {:?}, here {size} {fields:?}", glsl.size, glsl.fields));
+                    found.push(format!(
+                        "{name}: {} {:?}, here {size} {fields:?}",
+                        glsl.size, glsl.fields
+                    ));
                 }
                 Some(_) => {}
             }
@@ -107,8 +110,19 @@ mod tests {
     fn mirrors_match_the_spirv() {
         assert_eq!(differences(MIRRORS), Vec::<String>::new());
         // A shifted field, a wrong size and an unknown struct are seen.
-        assert_eq!(differences(&[("Node", 32, &[("lower", 0), ("count", 16)])]).len(), 1);
-        assert_eq!(differences(&[("CompactPush", 12, &[("pair_count", 0), ("receiver_count", 4)])]).len(), 1);
+        assert_eq!(
+            differences(&[("Node", 32, &[("lower", 0), ("count", 16)])]).len(),
+            1
+        );
+        assert_eq!(
+            differences(&[(
+                "CompactPush",
+                12,
+                &[("pair_count", 0), ("receiver_count", 4)]
+            )])
+            .len(),
+            1
+        );
         assert_eq!(differences(&[("Nothing", 4, &[])]).len(), 1);
     }
 }

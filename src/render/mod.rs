@@ -82,7 +82,13 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { method: Method::Footprint, samples: 16_384, light_map: None, epsilon: 1.0, filter: true }
+        Self {
+            method: Method::Footprint,
+            samples: 16_384,
+            light_map: None,
+            epsilon: 1.0,
+            filter: true,
+        }
     }
 }
 
@@ -101,8 +107,15 @@ pub struct Renderer {
 
 /// The stages of a method.
 enum Caustic {
-    Footprint { sample: Sample, project: Project, splat: Splat },
-    Pinhole { sample: Sample, pinhole: Pinhole },
+    Footprint {
+        sample: Sample,
+        project: Project,
+        splat: Splat,
+    },
+    Pinhole {
+        sample: Sample,
+        pinhole: Pinhole,
+    },
     Points(Points),
 }
 
@@ -131,11 +144,16 @@ impl Renderer {
                 let sample = Sample::new(context, &device)?;
                 let project = Project::new(context, &device, &sample.patches)?;
                 let splat = Splat::new(context, &device, &project)?;
-                Caustic::Footprint { sample, project, splat }
+                Caustic::Footprint {
+                    sample,
+                    project,
+                    splat,
+                }
             }
             Method::Pinhole => {
                 let sample = Sample::new(context, &device)?;
-                let pinhole = Pinhole::new(context, &device, &sample.patches, &light_map, settings)?;
+                let pinhole =
+                    Pinhole::new(context, &device, &sample.patches, &light_map, settings)?;
                 Caustic::Pinhole { sample, pinhole }
             }
             Method::Points => Caustic::Points(Points::new(context, &device, settings.samples)?),
@@ -202,7 +220,12 @@ impl Renderer {
     }
 
     fn record_caustic(&mut self) -> Result<()> {
-        let Self { scene, light_map, recorder, .. } = self;
+        let Self {
+            scene,
+            light_map,
+            recorder,
+            ..
+        } = self;
         recorder.pass("clear", |r| {
             r.barrier(Access::ANY_WRITE, Access::TRANSFER_WRITE);
             r.clear(light_map);
@@ -212,7 +235,11 @@ impl Renderer {
             return Ok(());
         }
         match &self.caustic {
-            Caustic::Footprint { sample, project, splat } => {
+            Caustic::Footprint {
+                sample,
+                project,
+                splat,
+            } => {
                 recorder.pass("sample", |r| {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
@@ -224,13 +251,18 @@ impl Renderer {
                     })?;
                     recorder.pass("compact", |r| {
                         project.record_compact(r, *batch);
-                        r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ.and(Access::INDIRECT_READ));
+                        r.barrier(
+                            Access::COMPUTE_WRITE,
+                            Access::VERTEX_READ.and(Access::INDIRECT_READ),
+                        );
                     })?;
                     recorder.pass("splat", |r| {
                         splat.record(r, project, light_map);
                         // The next batch overwrites what this one reads, and adds to its texels.
                         r.barrier(
-                            Access::BLEND.and(Access::VERTEX_READ).and(Access::INDIRECT_READ),
+                            Access::BLEND
+                                .and(Access::VERTEX_READ)
+                                .and(Access::INDIRECT_READ),
                             Access::BLEND.and(Access::COMPUTE),
                         );
                     })?;
@@ -256,7 +288,10 @@ impl Renderer {
                     })?;
                     recorder.pass("splat points", |r| {
                         points.record_draw(r, scene, *batch, light_map);
-                        r.barrier(Access::BLEND.and(Access::VERTEX_READ), Access::BLEND.and(Access::COMPUTE));
+                        r.barrier(
+                            Access::BLEND.and(Access::VERTEX_READ),
+                            Access::BLEND.and(Access::COMPUTE),
+                        );
                     })?;
                 }
             }
@@ -270,13 +305,28 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
-        if self.shade.as_ref().is_none_or(|s| [s.view.width, s.view.height] != size) {
-            self.shade =
-                Some(Shade::new(&self.context, &self.scene, &self.light_map, &self.direct_map, size, side)?);
+        if self
+            .shade
+            .as_ref()
+            .is_none_or(|s| [s.view.width, s.view.height] != size)
+        {
+            self.shade = Some(Shade::new(
+                &self.context,
+                &self.scene,
+                &self.light_map,
+                &self.direct_map,
+                size,
+                side,
+            )?);
         }
         self.record_caustic()?;
         self.record_direct(false)?;
-        let Self { scene, recorder, shade, .. } = self;
+        let Self {
+            scene,
+            recorder,
+            shade,
+            ..
+        } = self;
         let shade = shade.as_ref().expect("made above");
         recorder.pass("shade", |r| {
             r.barrier(Access::BLEND.and(Access::COMPUTE_WRITE), Access::COMPUTE);
@@ -286,9 +336,17 @@ impl Renderer {
     }
 
     fn record_direct(&mut self, with_suns: bool) -> Result<()> {
-        let Self { scene, direct, recorder, .. } = self;
+        let Self {
+            scene,
+            direct,
+            recorder,
+            ..
+        } = self;
         recorder.pass("direct", |r| {
-            r.barrier(Access::ANY_WRITE.and(Access::COMPUTE_READ), Access::COMPUTE_WRITE);
+            r.barrier(
+                Access::ANY_WRITE.and(Access::COMPUTE_READ),
+                Access::COMPUTE_WRITE,
+            );
             direct.record(r, scene, with_suns);
         })
     }
@@ -331,15 +389,28 @@ impl Renderer {
     }
 
     fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
-        let tile = self.scene.tiles.iter().find(|t| t.object == object).ok_or_else(|| Error::Usage {
-            reason: format!("object {object} has no light map"),
-            remedy: "name a diffuse rect with the key lightmap".into(),
-        })?;
+        let tile = self
+            .scene
+            .tiles
+            .iter()
+            .find(|t| t.object == object)
+            .ok_or_else(|| Error::Usage {
+                reason: format!("object {object} has no light map"),
+                remedy: "name a diffuse rect with the key lightmap".into(),
+            })?;
         read(map, tile.origin, tile.size)
     }
 }
 
 fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {
-    let pixels = image.read(origin, size)?.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-    Ok(RgbImage { width: size[0], height: size[1], pixels })
+    let pixels = image
+        .read(origin, size)?
+        .iter()
+        .map(|&[r, g, b, _]| [r, g, b])
+        .collect();
+    Ok(RgbImage {
+        width: size[0],
+        height: size[1],
+        pixels,
+    })
 }

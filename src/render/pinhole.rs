@@ -53,7 +53,9 @@ impl Pinhole {
     /// (first patch, patches) of each dispatch.
     pub fn batches(scene: &DeviceScene) -> impl Iterator<Item = (u32, u32)> + use<> {
         let patches = scene.patch_count;
-        (0..patches).step_by(BATCH as usize).map(move |first| (first, BATCH.min(patches - first)))
+        (0..patches)
+            .step_by(BATCH as usize)
+            .map(move |first| (first, BATCH.min(patches - first)))
     }
 
     pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: (u32, u32)) {
@@ -70,7 +72,11 @@ impl Pinhole {
                 has_environment: u32::from(scene.has_environment),
                 trace: u32::from(scene.trace),
             };
-            recorder.dispatch(&self.pipeline, &push, [tile.size[0].div_ceil(8), tile.size[1].div_ceil(8), 1]);
+            recorder.dispatch(
+                &self.pipeline,
+                &push,
+                [tile.size[0].div_ceil(8), tile.size[1].div_ceil(8), 1],
+            );
         }
     }
 }

@@ -25,9 +25,17 @@ impl Points {
     /// Points on `scene`'s mirrors, `samples` in all.
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, samples: u32) -> Result<Self> {
         let points = samples.div_ceil(scene.sun_count.max(1));
-        let all = if scene.reflector_count > 0 { points * scene.sun_count } else { 0 };
-        let batches = (0..all).step_by(BATCH as usize).map(|first| (first, BATCH.min(all - first))).collect();
-        let bytes = u64::from(BATCH.min(all)) * scene.tiles.len() as u64 * size_of::<PointSplat>() as u64;
+        let all = if scene.reflector_count > 0 {
+            points * scene.sun_count
+        } else {
+            0
+        };
+        let batches = (0..all)
+            .step_by(BATCH as usize)
+            .map(|first| (first, BATCH.min(all - first)))
+            .collect();
+        let bytes =
+            u64::from(BATCH.min(all)) * scene.tiles.len() as u64 * size_of::<PointSplat>() as u64;
         let splats = Buffer::new(context, "point splats", bytes)?;
         let trace = Pipeline::compute(
             context,
@@ -50,7 +58,13 @@ impl Points {
             Topology::Points,
             &[("splats", Resource::Buffer(&splats))],
         )?;
-        Ok(Self { trace, draw, splats, points, batches })
+        Ok(Self {
+            trace,
+            draw,
+            splats,
+            points,
+            batches,
+        })
     }
 
     pub fn record_trace(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: (u32, u32)) {
@@ -66,9 +80,17 @@ impl Points {
         recorder.dispatch(&self.trace, &push, [batch_points.div_ceil(64), 1, 1]);
     }
 
-    pub fn record_draw(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: (u32, u32), map: &Image) {
+    pub fn record_draw(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        batch: (u32, u32),
+        map: &Image,
+    ) {
         debug_assert!(self.splats.bytes() > 0);
-        let push = PointsDrawPush { atlas_size: Vec2::new(map.width as f32, map.height as f32) };
+        let push = PointsDrawPush {
+            atlas_size: Vec2::new(map.width as f32, map.height as f32),
+        };
         recorder.draw(&self.draw, map, &push, batch.1 * scene.tiles.len() as u32);
     }
 }

@@ -35,9 +35,12 @@ impl Project {
         let pairs = scene.patch_count * scene.sun_count;
         let slot = size_of::<Footprint>() as u64 * u64::from(receiver_count);
         let most = MOST_BYTES.min(context.max_storage_bytes()) / slot;
-        let batch = (most as u32 / GROUP * GROUP).max(GROUP).min(pairs.next_multiple_of(GROUP));
-        let batches =
-            (0..pairs).step_by(batch.max(1) as usize).map(|first| (first, batch.min(pairs - first)));
+        let batch = (most as u32 / GROUP * GROUP)
+            .max(GROUP)
+            .min(pairs.next_multiple_of(GROUP));
+        let batches = (0..pairs)
+            .step_by(batch.max(1) as usize)
+            .map(|first| (first, batch.min(pairs - first)));
 
         let slots = u64::from(batch) * u64::from(receiver_count);
         let footprints = Buffer::new(context, "footprints", u64::from(batch) * slot)?;
@@ -100,7 +103,10 @@ impl Project {
     }
 
     pub fn record_compact(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
-        let push = CompactPush { pair_count, receiver_count: self.receiver_count };
+        let push = CompactPush {
+            pair_count,
+            receiver_count: self.receiver_count,
+        };
         recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(GROUP), 1, 1]);
     }
 }

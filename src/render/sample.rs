@@ -29,7 +29,14 @@ impl Sample {
     }
 
     pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene) {
-        let push = SamplePush { patch_count: scene.patch_count, reflector_count: scene.reflector_count };
-        recorder.dispatch(&self.pipeline, &push, [scene.patch_count.div_ceil(64), 1, 1]);
+        let push = SamplePush {
+            patch_count: scene.patch_count,
+            reflector_count: scene.reflector_count,
+        };
+        recorder.dispatch(
+            &self.pipeline,
+            &push,
+            [scene.patch_count.div_ceil(64), 1, 1],
+        );
     }
 }

@@ -42,7 +42,11 @@ impl Shade {
                 ("view", Resource::Image(&view)),
             ],
         )?;
-        Ok(Self { pipeline, view, side })
+        Ok(Self {
+            pipeline,
+            view,
+            side,
+        })
     }
 
     pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, camera: &Camera) {

@@ -29,7 +29,9 @@ impl Splat {
     }
 
     pub fn record(&self, recorder: &mut Recorder, project: &Project, light_map: &Image) {
-        let push = SplatPush { atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32) };
+        let push = SplatPush {
+            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
+        };
         recorder.draw_indirect(&self.pipeline, light_map, &push, &project.arguments);
     }
 }

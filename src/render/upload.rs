@@ -9,7 +9,9 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Sampling};
 use crate::scene::{EnvironmentMap, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec3, UVec2, Vec3};
-use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2_from_tris, triangle::Triangle as BvhTriangle};
+use obvhs::{
+    BvhBuildParams, bvh2::builder::build_bvh2_from_tris, triangle::Triangle as BvhTriangle,
+};
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Duration;
@@ -78,21 +80,34 @@ impl DeviceScene {
             .objects
             .iter()
             .enumerate()
-            .map(|(index, object)| object_of(scene, object, tiles.iter().position(|t| t.object == index)))
+            .map(|(index, object)| {
+                object_of(scene, object, tiles.iter().position(|t| t.object == index))
+            })
             .collect();
 
         let mut suns = Vec::new();
         let mut environment = None;
         for light in &scene.lights {
             match &light.kind {
-                LightKind::Sun { direction, irradiance, angular_radius } => suns.push(layout::Sun {
+                LightKind::Sun {
+                    direction,
+                    irradiance,
+                    angular_radius,
+                } => suns.push(layout::Sun {
                     direction: direction.as_vec3(),
                     angular_radius: *angular_radius as f32,
                     irradiance: irradiance.as_vec3(),
                     unused: 0.0,
                 }),
-                LightKind::Environment { map, scale, rotation } => {
-                    if environment.replace((mip_chain(map, *scale as f32), *rotation as f32)).is_some() {
+                LightKind::Environment {
+                    map,
+                    scale,
+                    rotation,
+                } => {
+                    if environment
+                        .replace((mip_chain(map, *scale as f32), *rotation as f32))
+                        .is_some()
+                    {
                         return Err(Error::Usage {
                             reason: "the scene has more than one environment".into(),
                             remedy: "keep one light of kind environment".into(),
@@ -104,10 +119,15 @@ impl DeviceScene {
 
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
         let reflectors = reflectors(scene, &soup, &suns, all_lit, settings.samples);
-        let patch_count = reflectors.last().map_or(0, |r| r.first_patch + r.subdivision * r.subdivision);
+        let patch_count = reflectors
+            .last()
+            .map_or(0, |r| r.first_patch + r.subdivision * r.subdivision);
         let trace = can_block(scene, &meshes);
         if !trace {
-            notes.push("no rays are traced for the caustic: nothing in the scene can block its light".into());
+            notes.push(
+                "no rays are traced for the caustic: nothing in the scene can block its light"
+                    .into(),
+            );
         }
         let rotation = environment.as_ref().map_or(0.0, |(_, rotation)| *rotation);
         let has_environment = environment.is_some();
@@ -120,7 +140,12 @@ impl DeviceScene {
             suns: Buffer::with_data(context, "suns", &suns)?,
             receivers: Buffer::with_data(context, "receivers", &receivers)?,
             reflectors: Buffer::with_data(context, "reflectors", &reflectors)?,
-            environment: Image::with_levels(context, "environment", &levels, Sampling::Equirectangular)?,
+            environment: Image::with_levels(
+                context,
+                "environment",
+                &levels,
+                Sampling::Equirectangular,
+            )?,
             sun_count: suns.len() as u32,
             has_environment,
             rotation,
@@ -167,16 +192,33 @@ impl Soup {
                     edge2: (p2 - p0).as_vec3(),
                     unused: 0.0,
                 });
-                normals.push(layout::Normals { n0, n1, n2, ..Default::default() });
+                normals.push(layout::Normals {
+                    n0,
+                    n1,
+                    n2,
+                    ..Default::default()
+                });
                 let corner = |p: DVec3| p.as_vec3().into();
-                boxes.push(BvhTriangle { v0: corner(p0), v1: corner(p1), v2: corner(p2) });
+                boxes.push(BvhTriangle {
+                    v0: corner(p0),
+                    v1: corner(p1),
+                    v2: corner(p2),
+                });
             }
         }
-        let mut bvh = build_bvh2_from_tris(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        let mut bvh = build_bvh2_from_tris(
+            &boxes,
+            BvhBuildParams::medium_build(),
+            &mut Duration::default(),
+        );
         if depth(&bvh.nodes) > MAX_DEPTH {
             // Degenerate input, such as thousands of triangles in one place; the plainest
             // builder gives balanced trees there.
-            bvh = build_bvh2_from_tris(&boxes, BvhBuildParams::fastest_build(), &mut Duration::default());
+            bvh = build_bvh2_from_tris(
+                &boxes,
+                BvhBuildParams::fastest_build(),
+                &mut Duration::default(),
+            );
         }
         let nodes = bvh
             .nodes
@@ -205,7 +247,10 @@ fn depth(nodes: &[obvhs::bvh2::node::Bvh2Node]) -> usize {
         deepest = deepest.max(level);
         let node = &nodes[index as usize];
         if !node.is_leaf() {
-            open.extend([(node.first_index, level + 1), (node.first_index + 1, level + 1)]);
+            open.extend([
+                (node.first_index, level + 1),
+                (node.first_index + 1, level + 1),
+            ]);
         }
     }
     deepest
@@ -216,17 +261,26 @@ fn pack_tiles(scene: &Scene, settings: &Settings, max_side: u32) -> Result<(Vec<
     let mut tiles: Vec<Tile> = Vec::new();
     let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
     for (object, _, texels) in scene.receivers() {
-        let size = settings.light_map.map_or(texels, |asked| asked.resolve(texels));
+        let size = settings
+            .light_map
+            .map_or(texels, |asked| asked.resolve(texels));
         if size.iter().any(|side| *side > max_side) {
             return Err(Error::Usage {
-                reason: format!("a light map of {}×{} texels is too large for the device", size[0], size[1]),
+                reason: format!(
+                    "a light map of {}×{} texels is too large for the device",
+                    size[0], size[1]
+                ),
                 remedy: format!("ask for at most {max_side} texels a side"),
             });
         }
         if y + size[1] > max_side {
             (x, y) = (width, 0);
         }
-        tiles.push(Tile { object, origin: [x, y], size });
+        tiles.push(Tile {
+            object,
+            origin: [x, y],
+            size,
+        });
         y += size[1];
         width = width.max(x + size[0]);
         height = height.max(y);
@@ -288,11 +342,17 @@ fn reflectors(
     let lit: Vec<(u32, f64)> = (soup.triangles.iter().zip(&soup.normals).enumerate())
         .filter(|(_, (triangle, normals))| {
             let object = &scene.objects[triangle.object as usize];
-            let mirror = matches!(scene.materials[object.material].kind, MaterialKind::Mirror { .. });
+            let mirror = matches!(
+                scene.materials[object.material].kind,
+                MaterialKind::Mirror { .. }
+            );
             mirror && (all_lit || suns.iter().any(|sun| faces(triangle, normals, sun)))
         })
         .map(|(index, (triangle, _))| {
-            (index as u32, 0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length()))
+            (
+                index as u32,
+                0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length()),
+            )
         })
         .collect();
     let total: f64 = lit.iter().map(|(_, area)| area).sum();
@@ -318,7 +378,9 @@ fn faces(triangle: &layout::Triangle, normals: &layout::Normals, sun: &layout::S
     let lowest = -sun.angular_radius.sin();
     let geometric = triangle.edge1.cross(triangle.edge2).normalize_or_zero();
     geometric.dot(sun.direction) > lowest
-        && [normals.n0, normals.n1, normals.n2].iter().any(|n| n.dot(sun.direction) > lowest)
+        && [normals.n0, normals.n1, normals.n2]
+            .iter()
+            .any(|n| n.dot(sun.direction) > lowest)
 }
 
 /// Whether light can be blocked on its way to a mirror or from there to a receiver. It cannot
@@ -327,22 +389,38 @@ fn faces(triangle: &layout::Triangle, normals: &layout::Normals, sun: &layout::S
 fn can_block(scene: &Scene, meshes: &[Cow<Mesh>]) -> bool {
     /// Pairs of faces and vertices worth comparing.
     const MOST_PAIRS: usize = 200_000_000;
-    let mut blocking = scene.objects.iter().zip(meshes).filter(|(object, _)| object.blocks_light);
-    let Some((_, mesh)) = blocking.next() else { return false };
+    let mut blocking = scene
+        .objects
+        .iter()
+        .zip(meshes)
+        .filter(|(object, _)| object.blocks_light);
+    let Some((_, mesh)) = blocking.next() else {
+        return false;
+    };
     if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > MOST_PAIRS {
         return true;
     }
-    let size = mesh.positions.iter().map(|p| p.distance(mesh.positions[0])).fold(0.0, f64::max);
+    let size = mesh
+        .positions
+        .iter()
+        .map(|p| p.distance(mesh.positions[0]))
+        .fold(0.0, f64::max);
     mesh.triangles.iter().any(|corners| {
         let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        mesh.positions.iter().any(|p| normal.dot(*p - a) > 1e-9 * size)
+        mesh.positions
+            .iter()
+            .any(|p| normal.dot(*p - a) > 1e-9 * size)
     })
 }
 
 /// The environment and its averages over solid angle down to one texel.
 fn mip_chain(map: &EnvironmentMap, scale: f32) -> Vec<(u32, u32, Vec<[f32; 3]>)> {
-    let scaled: Vec<_> = map.radiance.iter().map(|rgb| rgb.map(|x| x * scale)).collect();
+    let scaled: Vec<_> = map
+        .radiance
+        .iter()
+        .map(|rgb| rgb.map(|x| x * scale))
+        .collect();
     let mut levels = vec![(map.width, map.height, scaled)];
     while let Some((width, height, pixels)) = levels.last()
         && UVec2::new(*width, *height).max_element() > 1

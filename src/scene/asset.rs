@@ -26,7 +26,12 @@ impl AssetRoot {
     /// too), missing, or not a file.
     pub fn resolve(&self, from: &Path, name: &str) -> Result<PathBuf, String> {
         let relative = Path::new(name);
-        let descends = |c| matches!(c, Component::Normal(_) | Component::ParentDir | Component::CurDir);
+        let descends = |c| {
+            matches!(
+                c,
+                Component::Normal(_) | Component::ParentDir | Component::CurDir
+            )
+        };
         if name.is_empty() || !relative.components().all(descends) {
             return Err(format!("`{name}` is not a relative path"));
         }
@@ -63,7 +68,11 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     // Opening a pipe would wait for its writer.
     let metadata = path.metadata().map_err(|e| unreadable(path, &e))?;
     if !metadata.is_file() {
-        let what = if metadata.is_dir() { "a folder" } else { "not a regular file" };
+        let what = if metadata.is_dir() {
+            "a folder"
+        } else {
+            "not a regular file"
+        };
         return Err(refused(path, &format!("it is {what}"), "name a file"));
     }
     let mut content = Vec::new();
@@ -79,7 +88,12 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
 
 /// An error of a whole file.
 pub fn refused(path: &Path, reason: &str, remedy: &str) -> Error {
-    Error::Input { file: path.to_owned(), place: None, reason: reason.into(), remedy: remedy.into() }
+    Error::Input {
+        file: path.to_owned(),
+        place: None,
+        reason: reason.into(),
+        remedy: remedy.into(),
+    }
 }
 
 /// An error on a line of a file.
@@ -94,5 +108,9 @@ pub fn at_line(path: &Path, line: usize, reason: &str, remedy: &str) -> Error {
 
 fn unreadable(path: &Path, error: &std::io::Error) -> Error {
     let reason = format!("cannot be read: {error}");
-    refused(path, &reason, "check the path and your right to read the file")
+    refused(
+        path,
+        &reason,
+        "check the path and your right to read the file",
+    )
 }

@@ -22,7 +22,11 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
     let undecodable = |e: image::ImageError| {
         let reason = format!("cannot be decoded: {e}");
-        refused(path, &reason, "export the image again as .hdr or .exr with RGB channels")
+        refused(
+            path,
+            &reason,
+            "export the image again as .hdr or .exr with RGB channels",
+        )
     };
     let content = || asset::read(path, MAX_BYTES).map(Cursor::new);
     let (image, factor) = match extension.as_deref().and_then(|e| e.to_str()) {
@@ -40,7 +44,11 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
         }
         _ => {
             let reason = "an environment is an .hdr or .exr image";
-            return Err(refused(path, reason, "convert it to one of these, keeping it linear"));
+            return Err(refused(
+                path,
+                reason,
+                "convert it to one of these, keeping it linear",
+            ));
         }
     };
     let image = image.map_err(undecodable)?.into_rgb32f();
@@ -60,14 +68,20 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
         {
             return Err(Error::Input {
                 file: path.to_owned(),
-                place: Some(format!("column {column}, row {row} from the top left pixel (0, 0)")),
+                place: Some(format!(
+                    "column {column}, row {row} from the top left pixel (0, 0)"
+                )),
                 reason: format!("{rgb:?} is not a radiance, which is finite and not negative"),
                 remedy: "repair that pixel, or clamp the image when you export it".into(),
             });
         }
         radiance.push(rgb);
     }
-    Ok(EnvironmentMap { width, height, radiance })
+    Ok(EnvironmentMap {
+        width,
+        height,
+        radiance,
+    })
 }
 
 /// Pixels of an image whose size has been judged before any memory is taken for it.

@@ -31,11 +31,15 @@ impl Soup {
     pub fn add_polygon(&mut self, corners: &[u32]) -> Result<(), String> {
         let n = corners.len();
         // Newell's normal, twice the vector area, about a corner to keep digits far from the origin.
-        let at = |i: usize| self.positions[corners[i % n] as usize] - self.positions[corners[0] as usize];
+        let at = |i: usize| {
+            self.positions[corners[i % n] as usize] - self.positions[corners[0] as usize]
+        };
         let front: DVec3 = (0..n).map(|i| at(i).cross(at(i + 1))).sum();
-        let fan =
-            |start: usize| (1..n - 1).map(move |i| [start, start + i, start + i + 1].map(|c| corners[c % n]));
-        let faces_front = |corners: [u32; 3]| self.vector_area(corners).is_none_or(|a| a.dot(front) > 0.0);
+        let fan = |start: usize| {
+            (1..n - 1).map(move |i| [start, start + i, start + i + 1].map(|c| corners[c % n]))
+        };
+        let faces_front =
+            |corners: [u32; 3]| self.vector_area(corners).is_none_or(|a| a.dot(front) > 0.0);
         let start = (0..n.min(FAN_STARTS))
             .find(|&start| n == 3 || fan(start).all(faces_front))
             .ok_or("a polygon is too dented to be cut into a fan of triangles")?;
@@ -53,7 +57,10 @@ impl Soup {
     fn vector_area(&self, corners: [u32; 3]) -> Option<DVec3> {
         let [a, b, c] = corners.map(|corner| self.positions[corner as usize]);
         let doubled = (b - a).cross(c - a);
-        let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
+        let longest = (b - a)
+            .length_squared()
+            .max((c - a).length_squared())
+            .max((c - b).length_squared());
         (doubled.length() > 1e-12 * longest).then_some(doubled / 2.0)
     }
 
@@ -75,7 +82,9 @@ impl Soup {
     }
 
     fn face_normal(&self, corners: [u32; 3]) -> DVec3 {
-        let area = self.vector_area(corners).expect("triangles without area are left out");
+        let area = self
+            .vector_area(corners)
+            .expect("triangles without area are left out");
         area.normalize()
     }
 

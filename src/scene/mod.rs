@@ -168,11 +168,14 @@ impl Scene {
 
     /// The objects that carry a light map, as (index, rect, texels).
     pub fn receivers(&self) -> impl Iterator<Item = (usize, &Rect, [u32; 2])> {
-        self.objects.iter().enumerate().filter_map(|(index, object)| {
-            match (&object.geometry, object.light_map) {
-                (Geometry::Rect(rect), Some(texels)) => Some((index, rect, texels)),
-                _ => None,
-            }
-        })
+        self.objects
+            .iter()
+            .enumerate()
+            .filter_map(
+                |(index, object)| match (&object.geometry, object.light_map) {
+                    (Geometry::Rect(rect), Some(texels)) => Some((index, rect, texels)),
+                    _ => None,
+                },
+            )
     }
 }

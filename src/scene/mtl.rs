@@ -28,14 +28,21 @@ pub fn plain(path: &Path, warnings: &mut Vec<String>) -> Result<String> {
             _ => {
                 if keyword.starts_with("map_") || keyword == "d" && !opaque() {
                     let (path, line) = (path.display(), index + 1);
-                    warnings.push(format!("{path}: line {line}: `{keyword}` is not supported and left out"));
+                    warnings.push(format!(
+                        "{path}: line {line}: `{keyword}` is not supported and left out"
+                    ));
                 }
                 continue;
             }
         };
         if !well_formed {
             let reason = format!("`{line}` is malformed");
-            return Err(at_line(path, index + 1, &reason, "export the materials again"));
+            return Err(at_line(
+                path,
+                index + 1,
+                &reason,
+                "export the materials again",
+            ));
         }
         plain += &format!("{keyword} {}\n", rest.join(" "));
     }
@@ -60,9 +67,9 @@ pub fn kind(material: &tobj::Material) -> Result<MaterialKind, String> {
         Some(3 | 5 | 8) => {
             colour("Ks", material.specular).map(|reflectance| MaterialKind::Mirror { reflectance })
         }
-        Some(model @ (4 | 6 | 7 | 9)) => {
-            Err(format!("glass (`illum {model}`) is not supported yet in this version"))
-        }
+        Some(model @ (4 | 6 | 7 | 9)) => Err(format!(
+            "glass (`illum {model}`) is not supported yet in this version"
+        )),
         _ => colour("Kd", material.diffuse).map(|albedo| MaterialKind::Diffuse { albedo }),
     }
 }
