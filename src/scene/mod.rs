@@ -3,6 +3,16 @@
 //! Right-handed, y up. Positions are `f64` so that a scene far from the origin keeps its shape;
 //! the renderer moves the origin into the scene before it goes to `f32`.
 
+mod asset;
+mod environment;
+mod file;
+pub mod load;
+mod mesh;
+mod mtl;
+mod obj;
+
+pub use load::{Loaded, load};
+
 use glam::DVec3;
 use std::sync::Arc;
 

@@ -1,0 +1,260 @@
+//! The meshes and environments that the shipped scenes use, as bytes. Lengths in metres.
+
+use glam::{DVec2, DVec3};
+use std::collections::HashMap;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+
+/// Every generated file: path under `assets/`, content.
+pub fn all() -> Vec<(&'static str, Vec<u8>)> {
+    vec![
+        ("meshes/ring.obj", ring().into()),
+        ("meshes/half_cylinder.obj", half_cylinder().into()),
+        ("meshes/dish.obj", dish().into()),
+        ("meshes/ball.obj", ball().into()),
+        ("meshes/post.obj", post().into()),
+        ("environments/constant.hdr", constant_environment()),
+    ]
+}
+
+/// Upright hollow cylinder around the y axis, standing on y = 0: inside wall of radius 1, outside
+/// wall of radius 1.03, a flat rim between them at the height 0.4, no bottom.
+fn ring() -> String {
+    const SEGMENTS: usize = 256;
+    const HEIGHT: f64 = 0.4;
+    const INSIDE: f64 = 1.0;
+    const OUTSIDE: f64 = 1.03;
+    let angle = |i: usize| TAU * i as f64 / SEGMENTS as f64;
+    let mut obj = Obj::new("ring: inside radius 1 m, outside 1.03 m, height 0.4 m");
+    obj.grid([SEGMENTS, 12], |i, j| {
+        let out = around(angle(i));
+        (INSIDE * out + HEIGHT * j as f64 / 12.0 * DVec3::Y, -out)
+    });
+    obj.grid([SEGMENTS, 4], |i, j| {
+        let out = around(-angle(i));
+        (OUTSIDE * out + HEIGHT * j as f64 / 4.0 * DVec3::Y, out)
+    });
+    obj.grid([SEGMENTS, 1], |i, j| {
+        let radius = [INSIDE, OUTSIDE][j];
+        (radius * around(angle(i)) + HEIGHT * DVec3::Y, DVec3::Y)
+    });
+    obj.text
+}
+
+/// Inside of the half x > 0 of an upright cylinder around the y axis: radius 1, height 0.4.
+fn half_cylinder() -> String {
+    let mut obj = Obj::new("inside of half a cylinder, x > 0: radius 1 m, height 0.4 m");
+    obj.grid([128, 12], |i, j| {
+        let out = around(PI * i as f64 / 128.0 - FRAC_PI_2);
+        (out + 0.4 * j as f64 / 12.0 * DVec3::Y, -out)
+    });
+    obj.text
+}
+
+/// Paraboloid y = r²/4f, f = 1, up to r = 0.5, facing up: the concentric map of the square
+/// (Shirley and Chiu 1997) keeps its quads about as long as wide.
+fn dish() -> String {
+    const FOCAL_LENGTH: f64 = 1.0;
+    const APERTURE: f64 = 0.5;
+    const SIDE: usize = 48;
+    let mut obj = Obj::new("paraboloid: focal length 1 m, aperture radius 0.5 m");
+    let square = |i: usize| 2.0 * i as f64 / SIDE as f64 - 1.0;
+    let corner = |obj: &mut Obj, i: usize, j: usize| {
+        let at = APERTURE * concentric(DVec2::new(square(i), square(j)));
+        let (x, z) = (at.x, -at.y);
+        let height = at.length_squared() / (4.0 * FOCAL_LENGTH);
+        let slope = 1.0 / (2.0 * FOCAL_LENGTH);
+        let normal = DVec3::new(-slope * x, 1.0, -slope * z).normalize();
+        obj.corner(DVec3::new(x, height, z), normal)
+    };
+    for j in 0..SIDE {
+        for i in 0..SIDE {
+            let mut quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            // A fan starts at the first corner: let the diagonals point to the middle, for on the
+            // square's diagonals the other choice makes slivers of three points of the rim.
+            if (i < SIDE / 2) != (j < SIDE / 2) {
+                quad.rotate_left(1);
+            }
+            let corners = quad.map(|(i, j)| corner(&mut obj, i, j));
+            obj.face(&corners);
+        }
+    }
+    obj.text
+}
+
+/// Maps the square [−1, 1]² to the unit disc, keeping areas in proportion.
+fn concentric(square: DVec2) -> DVec2 {
+    let DVec2 { x: a, y: b } = square;
+    if a == 0.0 && b == 0.0 {
+        DVec2::ZERO
+    } else if a.abs() > b.abs() {
+        a * DVec2::from_angle(FRAC_PI_4 * b / a)
+    } else {
+        b * DVec2::from_angle(FRAC_PI_2 - FRAC_PI_4 * a / b)
+    }
+}
+
+/// Sphere of radius 0.5 around (0, 1, 0) as an icosahedron divided four times. Its corners lie
+/// slightly outside the sphere, so that the mesh's area is the sphere's 4πR² and it throws as
+/// much light; the normals are the sphere's.
+fn ball() -> String {
+    const RADIUS: f64 = 0.5;
+    let (directions, triangles) = icosphere(4);
+    let area: f64 = (triangles.iter())
+        .map(|corners| {
+            let [a, b, c] = corners.map(|corner| directions[corner]);
+            (b - a).cross(c - a).length() / 2.0
+        })
+        .sum();
+    let radius = RADIUS * (4.0 * PI / area).sqrt();
+    let mut obj = Obj::new("sphere around (0, 1, 0), 5120 triangles with the area of radius 0.5 m");
+    for corners in triangles {
+        let corners = corners.map(|corner| {
+            let direction = directions[corner];
+            obj.corner(DVec3::Y + radius * direction, direction)
+        });
+        obj.face(&corners);
+    }
+    obj.text
+}
+
+/// Unit vectors and triangles, counter-clockwise from outside: an icosahedron, each triangle
+/// divided into four `levels` times.
+fn icosphere(levels: u32) -> (Vec<DVec3>, Vec<[usize; 3]>) {
+    // Two poles, and two rings of five at the latitudes ±atan(1/2).
+    let latitude = 0.5f64.atan();
+    let mut directions = vec![DVec3::Y];
+    for i in 0..5 {
+        directions.push(latitude.cos() * around(TAU * i as f64 / 5.0) + latitude.sin() * DVec3::Y);
+    }
+    for i in 0..5 {
+        let out = around(TAU * (i as f64 + 0.5) / 5.0);
+        directions.push(latitude.cos() * out - latitude.sin() * DVec3::Y);
+    }
+    directions.push(-DVec3::Y);
+    let mut triangles = Vec::new();
+    for i in 0..5 {
+        let (upper, upper_next) = (1 + i, 1 + (i + 1) % 5);
+        let (lower, lower_next) = (6 + i, 6 + (i + 1) % 5);
+        triangles.push([0, upper_next, upper]);
+        triangles.push([upper, upper_next, lower]);
+        triangles.push([lower, upper_next, lower_next]);
+        triangles.push([lower, lower_next, 11]);
+    }
+    for _ in 0..levels {
+        let mut middles = HashMap::new();
+        let mut middle = |a: usize, b: usize| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                directions.push((directions[a] + directions[b]).normalize());
+                directions.len() - 1
+            })
+        };
+        triangles = (triangles.iter())
+            .flat_map(|&[a, b, c]| {
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    (directions, triangles)
+}
+
+/// Upright round post with a flat top, radius 0.06, height 0.3, standing on y = 0 in the caustic
+/// of the ring under the sun of `blocker.toml`.
+fn post() -> String {
+    const SEGMENTS: usize = 48;
+    const FOOT: DVec3 = DVec3::new(0.52, 0.0, -0.3);
+    let angle = |i: usize| TAU * i as f64 / SEGMENTS as f64;
+    let place = |out: DVec3, height: f64| FOOT + 0.06 * out + height * DVec3::Y;
+    let mut obj = Obj::new("post: radius 0.06 m, height 0.3 m");
+    obj.grid([SEGMENTS, 3], |i, j| {
+        let out = around(-angle(i));
+        (place(out, 0.1 * j as f64), out)
+    });
+    let top: Vec<_> = (0..SEGMENTS)
+        .map(|i| obj.corner(place(around(-angle(i)), 0.3), DVec3::Y))
+        .collect();
+    obj.face(&top);
+    obj.text
+}
+
+/// Radiance 1 W/m²/sr from everywhere; 32 × 16 pixels of Radiance RGBE.
+fn constant_environment() -> Vec<u8> {
+    let mut content = Vec::new();
+    image::codecs::hdr::HdrEncoder::new(&mut content)
+        .encode(&[image::Rgb([1.0; 3]); 32 * 16], 32, 16)
+        .expect("memory takes any image");
+    content
+}
+
+/// Unit vector in the xz plane, from +x toward +z.
+fn around(angle: f64) -> DVec3 {
+    DVec3::new(angle.cos(), 0.0, angle.sin())
+}
+
+/// An OBJ file in the making. Equal positions and equal normals are written once.
+struct Obj {
+    text: String,
+    positions: HashMap<String, usize>,
+    normals: HashMap<String, usize>,
+}
+
+impl Obj {
+    fn new(comment: &str) -> Self {
+        Self {
+            text: format!("# {comment}; made by examples/generate_assets\n"),
+            positions: HashMap::new(),
+            normals: HashMap::new(),
+        }
+    }
+
+    /// The corner `position//normal` of a face.
+    fn corner(&mut self, position: DVec3, normal: DVec3) -> String {
+        let position = self.line("v", position, |obj| &mut obj.positions);
+        let normal = self.line("vn", normal, |obj| &mut obj.normals);
+        format!("{position}//{normal}")
+    }
+
+    fn line(
+        &mut self,
+        keyword: &str,
+        value: DVec3,
+        known: fn(&mut Self) -> &mut HashMap<String, usize>,
+    ) -> usize {
+        let line = format!("{keyword} {}\n", value.to_array().map(number).join(" "));
+        let known = known(self);
+        let next = known.len() + 1;
+        let index = *known.entry(line.clone()).or_insert(next);
+        if index == next {
+            self.text += &line;
+        }
+        index
+    }
+
+    /// Corners counter-clockwise from the front.
+    fn face(&mut self, corners: &[String]) {
+        self.text += &format!("f {}\n", corners.join(" "));
+    }
+
+    /// Quads of a grid of `point(i, j)` → (position, normal), i and j up to and including
+    /// `cells`; the front is where i turns to j counter-clockwise.
+    fn grid(&mut self, cells: [usize; 2], point: impl Fn(usize, usize) -> (DVec3, DVec3)) {
+        for j in 0..cells[1] {
+            for i in 0..cells[0] {
+                let quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                let corners = quad.map(|(i, j)| {
+                    let (position, normal) = point(i, j);
+                    self.corner(position, normal)
+                });
+                self.face(&corners);
+            }
+        }
+    }
+}
+
+/// Seven decimals, 0.1 µm, without trailing zeros. Rounding also hides what differs between
+/// mathematical libraries.
+fn number(value: f64) -> String {
+    let text = format!("{value:.7}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0" } else { text }.into()
+}

@@ -1,0 +1,139 @@
+//! From a file's polygons to a sound [`Mesh`]: triangles with an area, and at every corner a unit
+//! normal on the side of the front.
+
+use super::Mesh;
+use glam::DVec3;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// Corners of an n-gon from which a triangle fan is tried.
+const FAN_STARTS: usize = 64;
+
+/// Polygons of a file, cut into triangles.
+#[derive(Default)]
+pub struct Soup {
+    /// m
+    pub positions: Vec<DVec3>,
+    /// As many as positions; of any length, zero where the file gives none.
+    pub normals: Vec<DVec3>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Triangles left out because they have no area.
+    pub without_area: usize,
+}
+
+impl Soup {
+    /// Adds a polygon of at least three corners, counter-clockwise from the front. It becomes a
+    /// fan around the first corner whose triangles all face the polygon's way, so a dent is not
+    /// filled.
+    ///
+    /// # Errors
+    /// The reason, if no corner has such a fan.
+    pub fn add_polygon(&mut self, corners: &[u32]) -> Result<(), String> {
+        let n = corners.len();
+        // Newell's normal, twice the vector area, about a corner to keep digits far from the origin.
+        let at = |i: usize| {
+            self.positions[corners[i % n] as usize] - self.positions[corners[0] as usize]
+        };
+        let front: DVec3 = (0..n).map(|i| at(i).cross(at(i + 1))).sum();
+        let fan = |start: usize| {
+            (1..n - 1).map(move |i| [start, start + i, start + i + 1].map(|c| corners[c % n]))
+        };
+        let faces_front =
+            |corners: [u32; 3]| self.vector_area(corners).is_none_or(|a| a.dot(front) > 0.0);
+        let start = (0..n.min(FAN_STARTS))
+            .find(|&start| n == 3 || fan(start).all(faces_front))
+            .ok_or("a polygon is too dented to be cut into a fan of triangles")?;
+        for triangle in fan(start) {
+            if self.vector_area(triangle).is_some() {
+                self.triangles.push(triangle);
+            } else {
+                self.without_area += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// Half the cross product of two edges, or nothing where rounding decides its direction.
+    fn vector_area(&self, corners: [u32; 3]) -> Option<DVec3> {
+        let [a, b, c] = corners.map(|corner| self.positions[corner as usize]);
+        let doubled = (b - a).cross(c - a);
+        let longest = (b - a)
+            .length_squared()
+            .max((c - a).length_squared())
+            .max((c - b).length_squared());
+        (doubled.length() > 1e-12 * longest).then_some(doubled / 2.0)
+    }
+
+    /// Normals by position: the unit sum of the adjoining faces' normals, weighted by the angle
+    /// of the corner (Thürmer and Wüthrich 1998), so that the cut into triangles does not matter.
+    /// Corners at one place share a normal, whatever their indices.
+    pub fn smooth_normals(&self) -> SmoothNormals {
+        let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
+        for &corners in &self.triangles {
+            let positions = corners.map(|corner| self.positions[corner as usize]);
+            let face = self.face_normal(corners);
+            for i in 0..3 {
+                let [at, next, last] = [0, 1, 2].map(|k| positions[(i + k) % 3]);
+                let angle = (next - at).angle_between(last - at);
+                *sums.entry(bits(at)).or_default() += angle * face;
+            }
+        }
+        SmoothNormals(sums)
+    }
+
+    fn face_normal(&self, corners: [u32; 3]) -> DVec3 {
+        let area = self
+            .vector_area(corners)
+            .expect("triangles without area are left out");
+        area.normalize()
+    }
+
+    /// The mesh of some of the triangles, with equal corners merged, and the number of corners
+    /// whose normal was missing the front. A normal behind its face is turned about where it
+    /// is more than 120° off, as in a mesh wound the other way round, and replaced by the face's
+    /// otherwise, since the winding decides which side is the front.
+    pub fn mesh(&self, triangles: &[[u32; 3]], smooth: &SmoothNormals) -> (Mesh, usize) {
+        let mut mesh = Mesh::default();
+        let mut known = HashMap::new();
+        let mut turned = 0;
+        for &corners in triangles {
+            let face = self.face_normal(corners);
+            let triangle = corners.map(|corner| {
+                let position = self.positions[corner as usize];
+                let mut normal = (unit(self.normals[corner as usize]))
+                    .or_else(|| smooth.0.get(&bits(position)).copied().and_then(unit))
+                    .unwrap_or(face);
+                let facing = normal.dot(face);
+                if facing <= 0.0 {
+                    turned += 1;
+                    normal = if facing < -0.5 { -normal } else { face };
+                }
+                let next = mesh.positions.len() as u32;
+                match known.entry((bits(position), bits(normal))) {
+                    Entry::Occupied(index) => *index.get(),
+                    Entry::Vacant(place) => {
+                        mesh.positions.push(position);
+                        mesh.normals.push(normal);
+                        *place.insert(next)
+                    }
+                }
+            });
+            mesh.triangles.push(triangle);
+        }
+        (mesh, turned)
+    }
+}
+
+/// Sums of face normals by position.
+#[derive(Default)]
+pub struct SmoothNormals(HashMap<[u64; 3], DVec3>);
+
+/// The unit vector, unless there is no direction to speak of.
+pub fn unit(vector: DVec3) -> Option<DVec3> {
+    (vector.length() > 1e-9).then(|| vector.normalize())
+}
+
+/// Equal for equal vectors; the sum makes −0 into 0.
+fn bits(vector: DVec3) -> [u64; 3] {
+    (vector + 0.0).to_array().map(f64::to_bits)
+}
