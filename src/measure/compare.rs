@@ -154,8 +154,9 @@ fn ratio(numerator: f64, denominator: f64) -> Option<f64> {
 
 /// Corresponding values of two images of the same size.
 fn values(a: &RgbImage, b: &RgbImage) -> impl Iterator<Item = (f64, f64)> {
-    let flat = |image: &'_ RgbImage| image.pixels.as_flattened().iter().map(|&v| f64::from(v));
-    flat(a).zip(flat(b))
+    (a.pixels.as_flattened().iter())
+        .zip(b.pixels.as_flattened())
+        .map(|(&a, &b)| (a.into(), b.into()))
 }
 
 fn worst(a: &RgbImage, b: &RgbImage) -> Texel {
