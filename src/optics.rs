@@ -4,7 +4,9 @@ use glam::DVec3;
 
 /// Direction into which a mirror sends light that travels along `direction`:
 ///
+/// ```text
 /// r = d − 2 (d·n) n
+/// ```
 ///
 /// `normal` is a unit vector; its sign does not matter. The angle of reflection equals the angle
 /// of incidence and r lies in the plane of d and n (Pharr, Jakob, Humphreys, *Physically Based

@@ -1,1 +1,5 @@
-//! Error metrics.
+//! How far an image, or a sequence of images, is from the truth.
+
+mod compare;
+
+pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};

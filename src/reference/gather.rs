@@ -4,7 +4,9 @@
 //! factor 1/d² of the irradiance integral is unbounded where a mirror touches the receiver. So
 //! every pair of points at distance d is shared between both methods:
 //!
-//!     gathering   d²/(d² + c²)        light tracing   c²/(d² + c²)
+//! ```text
+//! gathering   d²/(d² + c²)        light tracing   c²/(d² + c²)
+//! ```
 //!
 //! and what is gathered is bounded, without bias. Only the dim part of an environment is
 //! gathered, since a bright spot fills a small part of the mirrors.

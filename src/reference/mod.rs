@@ -1,7 +1,9 @@
 //! Ground truth on the CPU, in f64: the irradiance of a receiver from light that met exactly one
 //! mirror,
 //!
-//!     E(y) = ∫_S L(ω(x,y)) F(x) V cosθ_x cosθ_y / |x−y|² dA          [W/m²]
+//! ```text
+//! E(y) = ∫_S L(ω(x,y)) F(x) V cosθ_x cosθ_y / |x−y|² dA          [W/m²]
+//! ```
 //!
 //! averaged over every texel, unbiased, with a standard error. Independent of the renderer, which
 //! solves the same problem:
@@ -16,8 +18,8 @@
 //!
 //! | part of the light | method | file |
 //! |---|---|---|
-//! | suns; bright parts of environments; mirrors nearby | light tracing | [`trace`] |
-//! | dim parts of environments | gathering | [`gather`] |
+//! | suns; bright parts of environments; mirrors nearby | light tracing | `trace.rs` |
+//! | dim parts of environments | gathering | `gather.rs` |
 //!
 //! Both draw rounds of [`REPLICATES`] independently scrambled batches of Sobol points, and the
 //! spread of the batches gives the standard error (Owen, *Monte Carlo theory, methods and

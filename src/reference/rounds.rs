@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::reference::gather::Gathering;
-use crate::reference::sequence::split_mix;
+use crate::reference::sequence::{SEQUENCE_LENGTH, split_mix};
 use crate::reference::trace::LightTracing;
 use crate::reference::{Map, Options, Problem};
 use rayon::prelude::*;
@@ -13,6 +13,9 @@ pub const REPLICATES: u32 = 16;
 /// A round has at most this many times the samples of all before it, so that a poor first guess
 /// of what is needed costs little.
 const MAX_GROWTH: f64 = 4.0;
+
+/// And at least this many, so that the last round is not followed by ever smaller ones.
+const MIN_GROWTH: f64 = 0.25;
 
 /// Memory for the maps of batches that are computed at the same time, bytes.
 const MAP_MEMORY: usize = 1 << 30;
@@ -46,6 +49,17 @@ impl Method<'_> {
         match self {
             Self::LightTracing(method) => method.batch(size, seed),
             Self::Gathering(method) => method.batch(size, seed),
+        }
+    }
+
+    /// A size not below `wanted` that suits the points: a power of two where it is one sequence's
+    /// length.
+    fn good_size(&self, wanted: f64) -> u32 {
+        match self {
+            Self::LightTracing(_) => wanted.ceil() as u32,
+            Self::Gathering(_) => (wanted.ceil() as u32)
+                .next_power_of_two()
+                .min(SEQUENCE_LENGTH),
         }
     }
 
@@ -205,14 +219,15 @@ pub fn solve(
             };
             let part = &parts[worst];
             let needed = (error / options.error).powi(2) - 1.0;
-            let wanted = f64::from(part.size) * needed.min(MAX_GROWTH);
+            let wanted = f64::from(part.size) * needed.clamp(MIN_GROWTH, MAX_GROWTH);
             let per_size = part.method.samples(1) * u64::from(REPLICATES);
             let affordable = options.max_samples.saturating_sub(samples) / per_size;
             if affordable == 0 {
                 break;
             }
             fraction = 1.0 / (1.0 + needed);
-            size = (wanted.ceil() as u32).clamp(1, affordable.min(u64::from(u32::MAX)) as u32);
+            size = (part.method.good_size(wanted))
+                .clamp(1, affordable.min(u64::from(u32::MAX)) as u32);
             worst
         };
         let before = samples;

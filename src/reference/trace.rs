@@ -3,7 +3,9 @@
 //! A point x on a mirror of area S and a direction ω toward the light, drawn with densities p(x)
 //! per m² and p(ω) per steradian, carry the flux
 //!
-//!     Φ = L(ω) max(n·ω, 0) F V / (p(x) p(ω))          [W]
+//! ```text
+//! Φ = L(ω) max(n·ω, 0) F V / (p(x) p(ω))          [W]
+//! ```
 //!
 //! to where the reflected ray meets the receiver. A texel's irradiance is the mean over all pairs
 //! of the flux that lands in it, over its area. The 1/d² and both cosines of the irradiance

@@ -1,0 +1,161 @@
+//! One file a subcommand. Results go to stdout, progress and the log to stderr.
+
+mod compare;
+mod reference;
+
+use clap::{Parser, Subcommand};
+use nephroid::reference::MAX_TEXELS;
+use nephroid::scene::{self, Scene};
+use nephroid::{Error, Result};
+use std::io::Write;
+use std::path::Path;
+use std::str::FromStr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Caustics in real time
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Reference(reference::Arguments),
+    Compare(compare::Arguments),
+}
+
+impl Cli {
+    /// Does what the command line asks for.
+    pub fn run(self) -> Result<()> {
+        match self.command {
+            Command::Reference(arguments) => reference::run(&arguments),
+            Command::Compare(arguments) => compare::run(&arguments),
+        }
+    }
+}
+
+/// Size of a light map: `256`, its width with the height in the scene file's proportion, or
+/// `256x128`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightMapSize {
+    Width(u32),
+    Both([u32; 2]),
+}
+
+impl FromStr for LightMapSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |text: &str| {
+            let texels = text.parse().ok().filter(|n| (1..=MAX_TEXELS).contains(n));
+            texels.ok_or(format!(
+                "give the width, or WIDTHxHEIGHT, in 1 to {MAX_TEXELS} texels"
+            ))
+        };
+        match text.split_once('x') {
+            None => Ok(Self::Width(side(text)?)),
+            Some((width, height)) => Ok(Self::Both([side(width)?, side(height)?])),
+        }
+    }
+}
+
+impl LightMapSize {
+    /// Width and height, given those of the scene file.
+    pub fn texels(self, [width, height]: [u32; 2]) -> [u32; 2] {
+        match self {
+            Self::Both(texels) => texels,
+            Self::Width(wanted) => {
+                let scaled = f64::from(wanted) * f64::from(height) / f64::from(width);
+                [wanted, (scaled.round() as u32).clamp(1, MAX_TEXELS)]
+            }
+        }
+    }
+}
+
+/// Loads a scene; warnings go to the log.
+pub fn load_scene(path: &Path) -> Result<Scene> {
+    let loaded = scene::load(path)?;
+    for warning in &loaded.warnings {
+        eprintln!("warning: {warning}");
+    }
+    Ok(loaded.scene)
+}
+
+/// Index and texels of the receiver called `name`, or of the only one.
+pub fn find_receiver(scene: &Scene, name: Option<&str>) -> Result<(usize, [u32; 2])> {
+    let receivers: Vec<(usize, [u32; 2])> = (scene.receivers())
+        .map(|(index, _, texels)| (index, texels))
+        .collect();
+    let names: Vec<&str> = (receivers.iter())
+        .map(|&(index, _)| scene.objects[index].name.as_str())
+        .collect();
+    let usage = |reason: String| {
+        let remedy = match names.as_slice() {
+            [] => "give a diffuse rect of the scene a `lightmap = [256, 256]`".into(),
+            names => format!("choose one with --receiver: {}", names.join(", ")),
+        };
+        Err(Error::Usage { reason, remedy })
+    };
+    match name {
+        Some(name) => match names.iter().position(|candidate| *candidate == name) {
+            Some(position) => Ok(receivers[position]),
+            None => usage(format!("the scene has no receiver called `{name}`")),
+        },
+        None => match receivers.as_slice() {
+            [only] => Ok(*only),
+            [] => usage("the scene has no receiver".into()),
+            several => usage(format!("the scene has {} receivers", several.len())),
+        },
+    }
+}
+
+/// Becomes true at the first Ctrl-C; the second ends the program at once. Files are replaced
+/// whole, so either leaves nothing half-written.
+pub fn cancel_on_ctrl_c() -> &'static AtomicBool {
+    static CANCEL: AtomicBool = AtomicBool::new(false);
+    let handler = || {
+        if CANCEL.swap(true, Ordering::Relaxed) {
+            std::process::exit(Error::Cancelled.exit_code().into());
+        }
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        eprintln!("warning: Ctrl-C will end the program at once: {error}");
+    }
+    &CANCEL
+}
+
+/// Prints a result. A reader that stopped listening is no error.
+pub fn print(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Prints a result as JSON.
+pub fn print_json(value: &impl serde::Serialize) {
+    print(&serde_json::to_string_pretty(value).expect("results have string keys"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_map_sizes() {
+        let parse = str::parse::<LightMapSize>;
+        assert_eq!(parse("64").unwrap().texels([256, 128]), [64, 32]);
+        assert_eq!(parse("64x16").unwrap().texels([256, 128]), [64, 16]);
+        assert_eq!(parse("1").unwrap().texels([4096, 1]), [1, 1]);
+        for bad in [
+            "", "0", "64x0", "100000", "-3", "3.5", "64x", "x64", "64x16x2", "nan",
+        ] {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+}
