@@ -18,24 +18,26 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Upright hollow cylinder around the y axis, standing on y = 0: inside wall of radius 1, outside
 /// wall of radius 1.03, a flat rim between them at the height 0.4, no bottom.
+///
+/// The quads are about as long as wide once a low sun has imaged them on the floor: the concave
+/// inside gathers them along the circle, the convex outside spreads them.
 fn ring() -> String {
-    const SEGMENTS: usize = 256;
+    const INSIDE: (f64, [usize; 2]) = (1.0, [192, 16]);
+    const OUTSIDE: (f64, [usize; 2]) = (1.03, [128, 8]);
     const HEIGHT: f64 = 0.4;
-    const INSIDE: f64 = 1.0;
-    const OUTSIDE: f64 = 1.03;
-    let angle = |i: usize| TAU * i as f64 / SEGMENTS as f64;
     let mut obj = Obj::new("ring: inside radius 1 m, outside 1.03 m, height 0.4 m");
-    obj.grid([SEGMENTS, 12], |i, j| {
-        let out = around(angle(i));
-        (INSIDE * out + HEIGHT * j as f64 / 12.0 * DVec3::Y, -out)
-    });
-    obj.grid([SEGMENTS, 4], |i, j| {
-        let out = around(-angle(i));
-        (OUTSIDE * out + HEIGHT * j as f64 / 4.0 * DVec3::Y, out)
-    });
-    obj.grid([SEGMENTS, 1], |i, j| {
-        let radius = [INSIDE, OUTSIDE][j];
-        (radius * around(angle(i)) + HEIGHT * DVec3::Y, DVec3::Y)
+    for ((radius, quads), side) in [(INSIDE, -1.0), (OUTSIDE, 1.0)] {
+        obj.grid(quads, |i, j| {
+            // The front faces toward `side`, so the outside runs the other way round.
+            let out = around(-side * TAU * i as f64 / quads[0] as f64);
+            let height = HEIGHT * j as f64 / quads[1] as f64;
+            (radius * out + height * DVec3::Y, side * out)
+        });
+    }
+    obj.grid([INSIDE.1[0], 1], |i, j| {
+        let radius = [INSIDE.0, OUTSIDE.0][j];
+        let out = around(TAU * i as f64 / INSIDE.1[0] as f64);
+        (radius * out + HEIGHT * DVec3::Y, DVec3::Y)
     });
     obj.text
 }
