@@ -1,9 +1,12 @@
-//! The checked-in assets are what the generator makes.
+//! The checked-in assets are what the generator makes, and the scenes show what they claim.
 
 #[path = "../examples/generate_assets/assets.rs"]
 mod assets;
 
+use glam::DVec3;
+use nephroid::scene::{Geometry, LightKind, Mesh, Rect, Scene, load};
 use std::collections::BTreeSet;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 #[test]
@@ -34,4 +37,195 @@ fn checked_in_assets_are_the_generated_ones() {
 fn all_assets_together_stay_small() {
     let bytes: usize = assets::all().iter().map(|(_, content)| content.len()).sum();
     assert!(bytes < 2_000_000, "{bytes} bytes");
+}
+
+fn scene(name: &str) -> Scene {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    load(&scenes.join(name))
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene
+}
+
+fn mesh<'a>(scene: &'a Scene, name: &str) -> &'a Mesh {
+    match &scene.objects[scene.object_index(name).unwrap()].geometry {
+        Geometry::Mesh(mesh) => mesh,
+        Geometry::Rect(_) => panic!("{name} is a rect"),
+    }
+}
+
+fn rect(scene: &Scene, name: &str) -> (Rect, [u32; 2]) {
+    let index = scene.object_index(name).unwrap();
+    let (_, rect, texels) = scene
+        .receivers()
+        .find(|receiver| receiver.0 == index)
+        .unwrap();
+    (*rect, texels)
+}
+
+fn sun(scene: &Scene) -> DVec3 {
+    match scene.lights[0].kind {
+        LightKind::Sun { direction, .. } => direction,
+        LightKind::Environment { .. } => panic!("the first light is no sun"),
+    }
+}
+
+fn triangles(mesh: &Mesh) -> impl Iterator<Item = [DVec3; 3]> {
+    (mesh.triangles.iter()).map(|corners| corners.map(|i| mesh.positions[i as usize]))
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    triangles(mesh)
+        .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
+        .sum()
+}
+
+/// Files have seven decimals.
+const ROUNDING: f64 = 1e-7;
+
+#[test]
+fn the_rings_walls_are_cylinders() {
+    let scene = scene("ring.toml");
+    let ring = mesh(&scene, "ring");
+    let mut inside = 0;
+    for (position, normal) in ring.positions.iter().zip(&ring.normals) {
+        let out = DVec3::new(position.x, 0.0, position.z);
+        let radius = if normal.dot(out) < 0.0 { 1.0 } else { 1.03 };
+        if *normal == DVec3::Y {
+            assert_eq!(position.y, 0.4);
+        } else {
+            assert!((out.length() - radius).abs() < ROUNDING);
+            assert!((normal.dot(out.normalize()).abs() - 1.0).abs() < ROUNDING);
+        }
+        inside += usize::from(radius == 1.0);
+    }
+    assert_eq!(inside, 256 * 13);
+    assert_eq!(ring.triangles.len(), 2 * 256 * (12 + 4 + 1));
+    let flat = |n: f64, r: f64| 2.0 * n * r * (std::f64::consts::PI / n).sin() * 0.4;
+    let rim = 0.5 * 256.0 * (TAU / 256.0).sin() * (1.03f64.powi(2) - 1.0);
+    let expected = flat(256.0, 1.0) + flat(256.0, 1.03) + rim;
+    assert!((area(ring) - expected).abs() < 1e-5);
+    assert!((area(ring) - flat(128.0, 1.0) - flat(128.0, 1.03) - rim).abs() > 1e-5);
+}
+
+#[test]
+fn the_ball_has_the_area_of_its_sphere() {
+    let scene = scene("ball.toml");
+    let ball = mesh(&scene, "ball");
+    let sphere = |radius: f64| 2.0 * TAU * radius.powi(2);
+    // Rounding moves corners by 3e-8 of edges of 0.035: 1e-6 a triangle, 2e-8 of 5120 together.
+    assert!((area(ball) / sphere(0.5) - 1.0).abs() < 1e-7);
+    let radius = (ball.positions[0] - DVec3::Y).length();
+    // With its corners on the sphere the mesh would be smaller by this much.
+    assert!(
+        (1e-3..2e-3).contains(&(sphere(radius) / sphere(0.5) - 1.0)),
+        "{radius}"
+    );
+    for (position, normal) in ball.positions.iter().zip(&ball.normals) {
+        assert!((*position - DVec3::Y - radius * *normal).length() < 2.0 * ROUNDING);
+    }
+}
+
+#[test]
+fn the_dish_is_a_paraboloid_of_even_cells() {
+    let scene = scene("dish.toml");
+    let dish = mesh(&scene, "dish");
+    assert_eq!(dish.triangles.len(), 2 * 48 * 48);
+    let worst_miss = |focal_length: f64| {
+        let miss = |(position, normal): (&DVec3, &DVec3)| {
+            let reflected = 2.0 * normal.y * *normal - DVec3::Y;
+            (reflected - (focal_length * DVec3::Y - *position).normalize()).length()
+        };
+        dish.positions
+            .iter()
+            .zip(&dish.normals)
+            .map(miss)
+            .fold(0.0, f64::max)
+    };
+    assert!(worst_miss(1.0) < 4.0 * ROUNDING && worst_miss(1.0001) > 4.0 * ROUNDING);
+    for position in &dish.positions {
+        let height = (position.x.powi(2) + position.z.powi(2)) / 4.0;
+        assert!((position.y - height).abs() < ROUNDING);
+    }
+    let rim = dish
+        .positions
+        .iter()
+        .map(|p| p.x.hypot(p.z))
+        .fold(0.0, f64::max);
+    assert!((rim - 0.5).abs() < ROUNDING);
+    let sizes: Vec<f64> = triangles(dish)
+        .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
+        .collect();
+    let (least, most) = sizes
+        .iter()
+        .fold((f64::MAX, 0.0f64), |(l, m), s| (l.min(*s), m.max(*s)));
+    assert!(most / least < 1.5, "{}", most / least);
+}
+
+#[test]
+fn all_of_the_flat_mirrors_light_lands_on_the_floor() {
+    let scene = scene("mirror.toml");
+    let Geometry::Rect(mirror) = scene.objects[scene.object_index("mirror").unwrap()].geometry
+    else {
+        panic!("the mirror is a rect");
+    };
+    let (floor, _) = rect(&scene, "floor");
+    let (light, normal) = (sun(&scene), mirror.normal());
+    assert!(light.dot(normal) > 0.0);
+    let reflected = 2.0 * light.dot(normal) * normal - light;
+    for corner in mirror.to_mesh().positions {
+        let at = corner - corner.y / reflected.y * reflected - floor.origin;
+        for edge in [floor.edge_u, floor.edge_v] {
+            // Room for the soft edge, 1 cm.
+            let (along, room) = (at.dot(edge.normalize()), 0.01);
+            assert!(along > room && along < edge.length() - room, "{along}");
+        }
+    }
+}
+
+#[test]
+fn the_caustic_of_the_corner_runs_over_the_common_edge() {
+    let scene = scene("corner.toml");
+    let ((floor, floor_texels), (wall, wall_texels)) =
+        (rect(&scene, "floor"), rect(&scene, "wall"));
+    assert_eq!((wall.origin, wall.edge_u), (floor.origin, floor.edge_v));
+    assert_eq!((floor.normal(), wall.normal()), (DVec3::Y, DVec3::X));
+    for (rect, [width, height]) in [(floor, floor_texels), (wall, wall_texels)] {
+        assert!((rect.edge_u.length() / f64::from(width) - 0.0025).abs() < 1e-15);
+        assert!((rect.edge_v.length() / f64::from(height) - 0.0025).abs() < 1e-15);
+    }
+    // Where the reflected light touches the nephroid, on the way from each vertex of the mirror.
+    let mirror = mesh(&scene, "half_cylinder");
+    let light = sun(&scene);
+    let (mut on_floor, mut on_wall) = (0, 0);
+    for (position, normal) in mirror.positions.iter().zip(&mirror.normals) {
+        let reflected = 2.0 * light.dot(*normal) * *normal - light;
+        let across = reflected.x.hypot(reflected.z);
+        let caustic = *position + -normal.x / 2.0 / across * reflected;
+        let floor_hit = *position - position.y / reflected.y * reflected;
+        if floor_hit.x > wall.origin.x {
+            on_floor += usize::from(caustic.y <= 0.0);
+        } else {
+            let wall_hit = *position + (wall.origin.x - position.x) / reflected.x * reflected;
+            assert!(wall_hit.y < wall.edge_v.y);
+            on_wall += usize::from(caustic.x <= wall.origin.x);
+        }
+    }
+    assert!(on_floor > 100 && on_wall > 10, "{on_floor} {on_wall}");
+}
+
+#[test]
+fn the_post_stands_in_the_rings_caustic() {
+    let scene = scene("blocker.toml");
+    let post = mesh(&scene, "post");
+    let light = DVec3::new(sun(&scene).x, 0.0, sun(&scene).z).normalize();
+    let foot = post.positions.iter().sum::<DVec3>() / post.positions.len() as f64;
+    // The cusp of the nephroid is half a radius from the axis, away from the sun.
+    let from_cusp = DVec3::new(foot.x, 0.0, foot.z) + 0.5 * light;
+    assert!(from_cusp.length() < 0.15, "{from_cusp}");
+    assert!(
+        post.positions
+            .iter()
+            .all(|p| p.y >= 0.0 && p.x.hypot(p.z) < 1.0)
+    );
+    assert!(post.positions.iter().any(|p| p.y == 0.0));
 }

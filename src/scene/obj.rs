@@ -2,12 +2,13 @@
 //! tobj's errors name no line, and it misreads some files and panics on others.
 
 use super::asset::{self, AssetRoot, at_line, refused};
-use super::mesh::{Soup, unit};
+use super::mesh::{SmoothNormals, Soup, unit};
 use super::obj_text::Plain;
 use super::{MaterialKind, Mesh, mtl};
 use crate::error::Result;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashSet};
+use std::io::Read;
 use std::path::Path;
 
 /// Bytes of a file.
@@ -93,9 +94,11 @@ pub fn read(
         .iter()
         .filter(|normal| unit(**normal).is_none())
         .count();
-    let smooth = (zero_normals > 0)
-        .then(|| soup.smooth_normals())
-        .unwrap_or_default();
+    let smooth = if zero_normals > 0 {
+        soup.smooth_normals()
+    } else {
+        SmoothNormals::default()
+    };
     let mut parts = Vec::new();
     let mut behind = 0;
     for (id, triangles) in by_material {
@@ -163,8 +166,8 @@ fn parse(
         single_index: has_normals,
         ..Default::default()
     };
-    let text = format!("mtllib library\n{text}");
-    let (models, materials) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| {
+    let mut text = "mtllib library\n".as_bytes().chain(text.as_bytes());
+    let (models, materials) = tobj::load_obj_buf(&mut text, &options, |_| {
         tobj::load_mtl_buf(&mut library.as_bytes())
     })?;
     Ok((models, materials?))

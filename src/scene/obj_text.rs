@@ -65,19 +65,17 @@ impl<'a> Plain<'a> {
                 self.keep(keyword, &words(rest, &[3])?);
             }
             "f" => {
-                let corners = (rest.split_whitespace())
-                    .map(|word| corner(word, self.positions, self.normals))
-                    .collect::<Result<Vec<_>, _>>()?;
-                if corners.len() < 3 {
-                    return Err(format!(
-                        "a face has {} corners, not three or more",
-                        corners.len()
-                    ));
+                let count = rest.split_whitespace().count();
+                if count < 3 {
+                    return Err(format!("a face has {count} corners, not three or more"));
                 }
-                self.triangles += corners.len() - 2;
+                self.triangles += count - 2;
                 if self.triangles > MAX_TRIANGLES {
                     return Err(format!("the mesh has more than {MAX_TRIANGLES} triangles"));
                 }
+                let corners = (rest.split_whitespace())
+                    .map(|word| corner(word, self.positions, self.normals))
+                    .collect::<Result<Vec<_>, _>>()?;
                 self.corners += corners.len();
                 self.bare_corners += corners
                     .iter()
