@@ -2,10 +2,14 @@
 
 use super::layout::Profile;
 
-/// Variance of the kernel over that of the triangular patch. Centroids of a triangle mesh form a
-/// lattice; 12 k² with k = 0.45 puts the kernel's first spectral zero near that lattice's
-/// frequency, so that the kernels add up to an even sheet.
-pub const SPREAD: f32 = 12.0 * 0.45 * 0.45;
+/// Variance of the kernel over that of the triangular patch, 12 k² with k = 0.47.
+///
+/// Centroids of a mesh's triangles form an affine image of a honeycomb, and at k = 0.493 the first
+/// zero of the spectrum of (1 − r²/a²)⁴ falls on its nearest frequencies, so that the kernels add
+/// up to an even sheet. A little less blurs less and ripples a little more: on the ring, k = 0.43,
+/// 0.45, 0.47, 0.49 gave L1 3.8, 3.2, 3.0, 3.0 % at 4 k footprints and 2.3, 2.1, 2.0, 2.1 % under
+/// a sun of 2.5°.
+pub const SPREAD: f32 = 12.0 * 0.47 * 0.47;
 
 /// Largest exponent p of (1 − t)^p. A larger one blurs more and ripples less.
 pub const SHARPEST: f32 = 4.0;

@@ -330,8 +330,12 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<usize>) -> layout:
     }
 }
 
-/// The mirror triangles that face a light, each cut so finely that all together come to about
-/// `samples` patches of about equal area, one a triangle at least.
+/// The mirror triangles that face a light, cut into about `samples` patches, one a triangle at
+/// least.
+///
+/// All triangles of an object are cut alike, as its mesh was made: where patch sizes jump, the
+/// footprints' sum is uneven. Only a triangle of more than [`LARGE`] times the object's mean area
+/// is cut more finely.
 fn reflectors(
     scene: &Scene,
     soup: &Soup,
@@ -339,27 +343,29 @@ fn reflectors(
     all_lit: bool,
     samples: u32,
 ) -> Vec<layout::Reflector> {
-    let lit: Vec<(u32, f64)> = (soup.triangles.iter().zip(&soup.normals).enumerate())
-        .filter(|(_, (triangle, normals))| {
-            let object = &scene.objects[triangle.object as usize];
-            let mirror = matches!(
-                scene.materials[object.material].kind,
-                MaterialKind::Mirror { .. }
-            );
-            mirror && (all_lit || suns.iter().any(|sun| faces(triangle, normals, sun)))
-        })
-        .map(|(index, (triangle, _))| {
-            (
-                index as u32,
-                0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length()),
-            )
-        })
-        .collect();
-    let total: f64 = lit.iter().map(|(_, area)| area).sum();
+    const LARGE: f64 = 4.0;
+    let mut lit = Vec::new();
+    let mut objects = vec![(0.0, 0.0); scene.objects.len()]; // area, triangles
+    for (index, (triangle, normals)) in soup.triangles.iter().zip(&soup.normals).enumerate() {
+        let object = triangle.object as usize;
+        let material = &scene.materials[scene.objects[object].material].kind;
+        if matches!(material, MaterialKind::Mirror { .. })
+            && (all_lit || suns.iter().any(|sun| faces(triangle, normals, sun)))
+        {
+            let area = 0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length());
+            lit.push((index as u32, object, area));
+            objects[object].0 += area;
+            objects[object].1 += 1.0;
+        }
+    }
+    let total: f64 = lit.iter().map(|(_, _, area)| area).sum();
     let (mut first_patch, mut cumulative_area) = (0, 0.0);
-    lit.iter()
-        .map(|&(triangle, area)| {
-            let subdivision = (f64::from(samples) * area / total).sqrt().round().max(1.0) as u32;
+    lit.into_iter()
+        .map(|(triangle, object, area)| {
+            let mean = objects[object].0 / objects[object].1;
+            let patches = f64::from(samples) * mean / total;
+            let finer = (area / (LARGE * mean)).sqrt().max(1.0);
+            let subdivision = (patches.sqrt().round().max(1.0) * finer).round() as u32;
             cumulative_area += area;
             let reflector = layout::Reflector {
                 triangle,
