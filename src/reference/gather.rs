@@ -13,14 +13,26 @@
 
 use crate::error::Result;
 use crate::optics::reflect;
+use crate::reference::Problem;
 use crate::reference::lights::{Emitter, Environment};
-use crate::reference::mirrors::Distribution;
-use crate::reference::sequence::{SEQUENCE_LENGTH, sobol_4d, split_mix};
-use crate::reference::{Map, Problem};
+use crate::reference::mirrors::{Distribution, MirrorTriangle};
+use crate::reference::rounds::{Estimate, Moments, REPLICATES};
+use crate::reference::sequence::{sobol_4d, split_mix};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// The distance c over the square root of the receiver's area.
-const NEAR: f64 = 0.1;
+const NEAR: f64 = 0.03;
+
+/// Most patches that a texel chooses from; a patch is a run of triangles.
+const MAX_PATCHES: usize = 1024;
+
+/// Share of the points that falls on the patches in proportion to their areas alone, so that
+/// none is missed whose middle looks dark.
+const BY_AREA: f64 = 0.2;
+
+/// Texels between two reports of progress.
+const CHUNK: usize = 2048;
 
 /// Share of a pair of points at the square root of `distance_squared` (m²) that is gathered.
 pub fn gathered_share(problem: &Problem, distance_squared: f64) -> f64 {
@@ -35,7 +47,15 @@ fn near_squared(problem: &Problem) -> f64 {
 pub struct Gathering<'a> {
     problem: &'a Problem<'a>,
     environments: Vec<&'a Environment>,
-    triangles: Distribution,
+    patches: Vec<Patch<'a>>,
+    /// m²
+    area: f64,
+}
+
+/// Neighbouring triangles.
+struct Patch<'a> {
+    triangles: &'a [MirrorTriangle],
+    by_area: Distribution,
 }
 
 impl<'a> Gathering<'a> {
@@ -47,66 +67,143 @@ impl<'a> Gathering<'a> {
                 Emitter::Sun(_) => None,
             })
             .collect();
-        let triangles = Distribution::new(problem.mirrors.iter().map(|t| t.area))?;
-        (!environments.is_empty()).then_some(Self {
+        let run = problem.mirrors.len().div_ceil(MAX_PATCHES).max(1);
+        let patches: Vec<Patch> = (problem.mirrors.chunks(run))
+            .filter_map(|triangles| {
+                let by_area = Distribution::new(triangles.iter().map(|t| t.area))?;
+                Some(Patch { triangles, by_area })
+            })
+            .collect();
+        let area = patches.iter().map(|patch| patch.by_area.total()).sum();
+        (!environments.is_empty() && !patches.is_empty()).then_some(Self {
             problem,
             environments,
-            triangles,
+            patches,
+            area,
         })
     }
 
-    /// Pairs of points that [`Self::batch`] looks at.
+    /// Pairs of points in [`Self::round`].
     pub fn samples(&self, points: u32) -> u64 {
-        self.problem.receiver.texels() as u64 * u64::from(points.min(SEQUENCE_LENGTH))
+        self.problem.receiver.texels() as u64 * u64::from(points) * u64::from(REPLICATES)
     }
 
-    /// Irradiance from `points` pairs of points a texel, W/m².
-    pub fn batch(&self, points: u32, seed: u32) -> Result<Map> {
-        let receiver = &self.problem.receiver;
-        let points = points.min(SEQUENCE_LENGTH);
-        let mut map = receiver.empty_map();
-        for (texel, irradiance) in map.iter_mut().enumerate() {
-            if texel % 256 == 0 {
-                self.problem.check_cancelled()?;
-            }
-            let seed = split_mix(u64::from(seed) << 32 | texel as u64) as u32;
-            let sum: DVec3 = (0..points)
-                .map(|index| self.pair(texel, sobol_4d(index, seed)))
-                .sum();
-            *irradiance = (sum / f64::from(points)).to_array();
+    /// Irradiance from replicates of `points` pairs of points a texel, at most
+    /// [`super::sequence::SEQUENCE_LENGTH`]; calls `done` with numbers of pairs.
+    pub fn round(&self, points: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
+        let texels: Vec<usize> = (0..self.problem.receiver.texels()).collect();
+        let mut moments = Vec::with_capacity(texels.len());
+        for chunk in texels.chunks(CHUNK) {
+            let found: Result<Vec<Moments>> = (chunk.par_iter())
+                .map(|&texel| {
+                    self.problem.check_cancelled()?;
+                    Ok(self.texel(texel, points, seed))
+                })
+                .collect();
+            moments.extend(found?);
+            done(chunk.len() as u64 * u64::from(points) * u64::from(REPLICATES));
         }
-        Ok(map)
+        Ok(Estimate::from_moments(&moments))
     }
 
-    /// L F V cosθ_x cosθ_y / (d² + c²) over the density of x, W/m².
-    fn pair(&self, texel: usize, [u0, u1, u2, u3]: [f64; 4]) -> DVec3 {
-        let receiver = &self.problem.receiver;
-        let y = receiver.point(texel, u0, u1);
-        let (triangle, u2) = self.triangles.pick(u2);
-        let triangle = &self.problem.mirrors[triangle];
-        let x = triangle.point(u2, u3);
+    fn texel(&self, texel: usize, points: u32, seed: u32) -> Moments {
+        let mut moments = Moments::default();
+        let Some(choice) = self.choice(texel) else {
+            (0..REPLICATES).for_each(|_| moments.add([0.0; 3]));
+            return moments;
+        };
+        let texel_seed = split_mix(u64::from(seed) << 32 | texel as u64);
+        for replicate in 0..REPLICATES {
+            let seed = split_mix(texel_seed ^ u64::from(replicate)) as u32;
+            let sum: DVec3 = (0..points)
+                .map(|index| self.pair(texel, &choice, sobol_4d(index, seed)))
+                .sum();
+            moments.add((sum / f64::from(points)).to_array());
+        }
+        moments
+    }
+
+    /// How to choose patches for a texel: by the irradiance that its middle would get from the
+    /// patch, if all of it were like its middle.
+    fn choice(&self, texel: usize) -> Option<Distribution> {
+        let y = self.problem.receiver.point(texel, 0.5, 0.5);
+        let mut weights: Vec<f64> = (self.patches.iter())
+            .map(|patch| {
+                let middle = &patch.triangles[patch.triangles.len() / 2];
+                // u = 4/9, v = 1/2 is the centroid.
+                let light = self.transport(y, middle, 4.0 / 9.0, 0.5);
+                light.map_or(0.0, |light| light.irradiance.element_sum()) * patch.by_area.total()
+            })
+            .collect();
+        let total: f64 = weights.iter().sum();
+        let base = if total > 0.0 {
+            BY_AREA * total / (1.0 - BY_AREA)
+        } else {
+            1.0
+        };
+        for (weight, patch) in weights.iter_mut().zip(&self.patches) {
+            *weight += base * patch.by_area.total() / self.area;
+        }
+        Distribution::new(weights)
+    }
+
+    /// The gathered share of L F V cosθ_x cosθ_y / d² over the density of x, W/m².
+    fn pair(&self, texel: usize, choice: &Distribution, [u0, u1, u2, u3]: [f64; 4]) -> DVec3 {
+        let y = self.problem.receiver.point(texel, u0, u1);
+        let (patch, u2) = choice.pick(u2);
+        let probability = choice.probability(patch);
+        let patch = &self.patches[patch];
+        let (triangle, u2) = patch.by_area.pick(u2);
+        let triangle = &patch.triangles[triangle];
+        let Some(light) = self.transport(y, triangle, u2, u3) else {
+            return DVec3::ZERO;
+        };
+        let blocked = |direction, length| {
+            (self.problem).blocked(light.from, direction, length, triangle.blocker)
+        };
+        if blocked(light.out, light.distance) || blocked(light.toward, f64::INFINITY) {
+            return DVec3::ZERO;
+        }
+        light.irradiance * patch.by_area.total() / probability
+    }
+
+    /// Light from a point of a mirror to `y`, if nothing blocks it.
+    fn transport(&self, y: DVec3, triangle: &MirrorTriangle, u: f64, v: f64) -> Option<Transport> {
+        let x = triangle.point(u, v);
         let to_receiver = y - x.position;
         let distance_squared = to_receiver.length_squared();
         let distance = distance_squared.sqrt();
         let out = to_receiver / distance;
-        let (cosine_x, cosine_y) = (x.normal.dot(out), -receiver.normal().dot(out));
-        let light = reflect(-out, x.normal);
+        let (cosine_x, cosine_y) = (x.normal.dot(out), -self.problem.receiver.normal().dot(out));
+        let toward = reflect(-out, x.normal);
         if !(cosine_x > 0.0 && cosine_y > 0.0)
             || triangle.geometric_normal.dot(out) <= 0.0
-            || triangle.geometric_normal.dot(light) <= 0.0
+            || triangle.geometric_normal.dot(toward) <= 0.0
         {
-            return DVec3::ZERO;
-        }
-        let blocked = |direction, length| {
-            (self.problem).blocked(x.position, direction, length, triangle.blocker)
-        };
-        if blocked(out, distance) || blocked(light, f64::INFINITY) {
-            return DVec3::ZERO;
+            return None;
         }
         let radiance: DVec3 = (self.environments.iter())
-            .map(|environment| environment.dim_radiance(light))
+            .map(|environment| environment.dim_radiance(toward))
             .sum();
         let bounded = cosine_x * cosine_y / (distance_squared + near_squared(self.problem));
-        radiance * triangle.reflectance * bounded * self.triangles.total()
+        Some(Transport {
+            from: x.position,
+            out,
+            distance,
+            toward,
+            irradiance: radiance * triangle.reflectance * bounded,
+        })
     }
+}
+
+/// Light by way of a point of a mirror.
+struct Transport {
+    from: DVec3,
+    /// Unit vector from the mirror to the receiver, and the distance in m.
+    out: DVec3,
+    distance: f64,
+    /// Unit vector toward the light.
+    toward: DVec3,
+    /// Per area of the mirror, W/m⁴.
+    irradiance: DVec3,
 }

@@ -135,6 +135,16 @@ impl Distribution {
         self.cumulative[self.cumulative.len() - 1]
     }
 
+    /// With which [`Self::pick`] picks an index.
+    pub fn probability(&self, index: usize) -> f64 {
+        let below = if index == 0 {
+            0.0
+        } else {
+            self.cumulative[index - 1]
+        };
+        (self.cumulative[index] - below) / self.total()
+    }
+
     /// The index at `u` in [0, 1), and where inside its share `u` lies, in [0, 1).
     pub fn pick(&self, u: f64) -> (usize, f64) {
         let target = u * self.total();

@@ -1,24 +1,23 @@
-//! Rounds of independent batches until the error is small enough.
+//! Rounds of independent replicates until the error is small enough.
 
 use crate::error::Result;
 use crate::reference::gather::Gathering;
 use crate::reference::sequence::{SEQUENCE_LENGTH, split_mix};
 use crate::reference::trace::LightTracing;
 use crate::reference::{Map, Options, Problem};
-use rayon::prelude::*;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI};
 
-/// Independent batches of every round; their spread gives the standard error.
+/// Independent replicates of every round; their spread gives the standard error.
 pub const REPLICATES: u32 = 16;
 
 /// A round has at most this many times the samples of all before it, so that a poor first guess
-/// of what is needed costs little.
+/// of what is needed costs little,
 const MAX_GROWTH: f64 = 4.0;
-
-/// And at least this many, so that the last round is not followed by ever smaller ones.
+/// and at least this many, so that the last round is not followed by ever smaller ones.
 const MIN_GROWTH: f64 = 0.25;
 
-/// Memory for the maps of batches that are computed at the same time, bytes.
-const MAP_MEMORY: usize = 1 << 30;
+/// √(2/π), the expected |x| of a normal x with unit variance.
+const MEAN_ABSOLUTE: f64 = FRAC_2_SQRT_PI * FRAC_1_SQRT_2;
 
 /// How far a computation is.
 #[derive(Debug, Clone, Copy)]
@@ -38,228 +37,223 @@ pub struct Solution {
     pub samples: u64,
 }
 
-/// A way to estimate a part of the irradiance. Sizes are sequences or points a texel.
+/// An unbiased estimate of the irradiance, or of a part of it.
+pub struct Estimate {
+    /// W/m²
+    pub mean: Map,
+    /// Of the mean, (W/m²)².
+    pub variance: Map,
+}
+
+/// Sum and sum of squares over replicates.
+#[derive(Clone, Copy, Default)]
+pub struct Moments {
+    sum: [f64; 3],
+    squares: [f64; 3],
+}
+
+impl Moments {
+    pub fn add(&mut self, value: [f64; 3]) {
+        for (channel, value) in value.into_iter().enumerate() {
+            self.sum[channel] += value;
+            self.squares[channel] += value * value;
+        }
+    }
+}
+
+impl Estimate {
+    /// Mean of [`REPLICATES`] independent replicates, and its variance.
+    pub fn from_moments(moments: &[Moments]) -> Self {
+        let n = f64::from(REPLICATES);
+        let mean = |m: &Moments| m.sum.map(|sum| sum / n);
+        let variance = |m: &Moments| {
+            std::array::from_fn(|channel| {
+                let mean = m.sum[channel] / n;
+                (m.squares[channel] / n - mean * mean).max(0.0) / (n - 1.0)
+            })
+        };
+        Self {
+            mean: moments.iter().map(mean).collect(),
+            variance: moments.iter().map(variance).collect(),
+        }
+    }
+
+    /// Adds factor · other, with independent errors.
+    fn add_scaled(&mut self, other: &Self, factor: f64) {
+        let add = |map: &mut Map, other: &Map, factor: f64| {
+            let values = map.as_flattened_mut().iter_mut();
+            for (value, other) in values.zip(other.as_flattened()) {
+                *value += factor * other;
+            }
+        };
+        add(&mut self.mean, &other.mean, factor);
+        add(&mut self.variance, &other.variance, factor * factor);
+    }
+
+    /// ΣE
+    fn total(&self) -> f64 {
+        self.mean.as_flattened().iter().sum()
+    }
+
+    /// Expected Σ|error|, if errors are normal.
+    fn absolute_error(&self) -> f64 {
+        let sigma: f64 = (self.variance.as_flattened().iter())
+            .map(|v| v.sqrt())
+            .sum();
+        MEAN_ABSOLUTE * sigma
+    }
+}
+
+/// A way to estimate a part of the irradiance. Sizes are sequences of points, or points a texel,
+/// in each replicate.
 enum Method<'a> {
     LightTracing(LightTracing<'a>),
     Gathering(Gathering<'a>),
 }
 
 impl Method<'_> {
-    fn batch(&self, size: u32, seed: u32) -> Result<Map> {
+    fn round(&self, size: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
         match self {
-            Self::LightTracing(method) => method.batch(size, seed),
-            Self::Gathering(method) => method.batch(size, seed),
+            Self::LightTracing(method) => method.round(size, seed, done),
+            Self::Gathering(method) => method.round(size, seed, done),
         }
     }
 
-    /// A size not below `wanted` that suits the points: a power of two where it is one sequence's
-    /// length.
-    fn good_size(&self, wanted: f64) -> u32 {
-        match self {
-            Self::LightTracing(_) => wanted.ceil() as u32,
-            Self::Gathering(_) => (wanted.ceil() as u32)
-                .next_power_of_two()
-                .min(SEQUENCE_LENGTH),
-        }
-    }
-
+    /// Samples of one round.
     fn samples(&self, size: u32) -> u64 {
         match self {
             Self::LightTracing(method) => method.samples(size),
             Self::Gathering(method) => method.samples(size),
         }
     }
+
+    /// The size next to `wanted` that suits the points.
+    fn good_size(&self, wanted: f64) -> u32 {
+        match self {
+            Self::LightTracing(_) => wanted.ceil() as u32,
+            // Sobol points are stratified best in powers of two.
+            Self::Gathering(_) => {
+                let power = wanted.log2().round().exp2();
+                power.clamp(8.0, f64::from(SEQUENCE_LENGTH)) as u32
+            }
+        }
+    }
 }
 
-/// Rounds of one method, each weighted by its size.
+/// The rounds of one method so far.
 struct Part<'a> {
     method: Method<'a>,
-    /// Σ size · mean over the batches
-    weighted: Map,
-    /// Σ size² · variance of that mean
-    variance: Map,
-    /// Σ size, per batch
+    /// Mean of the rounds, weighted by their sizes.
+    estimate: Estimate,
+    /// Sum of the sizes.
     size: u32,
 }
 
-impl<'a> Part<'a> {
-    fn new(method: Method<'a>, empty: Map) -> Self {
-        Self {
-            method,
-            weighted: empty.clone(),
-            variance: empty,
-            size: 0,
-        }
-    }
-
-    fn mean(&self, texel: usize, channel: usize) -> f64 {
-        self.weighted[texel][channel] / f64::from(self.size)
-    }
-
-    /// Of the mean.
-    fn variance(&self, texel: usize, channel: usize) -> f64 {
-        self.variance[texel][channel] / f64::from(self.size).powi(2)
-    }
-
-    /// Adds one round. Batches are added in order, so that the sum does not depend on threads.
-    fn run(&mut self, size: u32, seeds: &mut Seeds, done: &mut dyn FnMut(u64)) -> Result<()> {
-        let map_bytes = size_of::<[f64; 3]>() * self.weighted.len();
-        let at_once = rayon::current_num_threads()
-            .min(MAP_MEMORY / map_bytes)
-            .max(1);
-        let mut sum = vec![[0.0; 3]; self.weighted.len()];
-        let mut squares = sum.clone();
-        let seeds: Vec<u32> = (0..REPLICATES)
-            .map(|_| seeds.next(self.method.samples(size)))
-            .collect();
-        for seeds in seeds.chunks(at_once) {
-            let batches: Vec<Result<Map>> = (seeds.par_iter())
-                .map(|&seed| self.method.batch(size, seed))
-                .collect();
-            for batch in batches {
-                let batch = batch?;
-                for ((sum, square), value) in sum.iter_mut().zip(&mut squares).zip(&batch) {
-                    for channel in 0..3 {
-                        sum[channel] += value[channel];
-                        square[channel] += value[channel] * value[channel];
-                    }
-                }
-            }
-            done(self.method.samples(size) * seeds.len() as u64);
-        }
-        let (n, weight) = (f64::from(REPLICATES), f64::from(size));
-        for texel in 0..sum.len() {
-            for channel in 0..3 {
-                let mean = sum[texel][channel] / n;
-                let spread = (squares[texel][channel] / n - mean * mean).max(0.0);
-                self.weighted[texel][channel] += weight * mean;
-                self.variance[texel][channel] += weight * weight * spread / (n - 1.0);
-            }
-        }
-        self.size += size;
-        Ok(())
+impl Part<'_> {
+    fn add(&mut self, round: &Estimate, size: u32) {
+        let total = self.size + size;
+        let (old, new) = (f64::from(self.size), f64::from(size));
+        let mut sum = Estimate {
+            mean: vec![[0.0; 3]; round.mean.len()],
+            variance: vec![[0.0; 3]; round.mean.len()],
+        };
+        sum.add_scaled(&self.estimate, old / f64::from(total));
+        sum.add_scaled(round, new / f64::from(total));
+        (self.estimate, self.size) = (sum, total);
     }
 }
 
-/// Seeds that no two sequences of a run share.
-struct Seeds {
-    next: u32,
+/// The sum of all parts, whose errors are independent.
+fn sum_of(parts: &[Part], empty: &Map) -> Estimate {
+    let mut sum = Estimate {
+        mean: empty.clone(),
+        variance: empty.clone(),
+    };
+    for part in parts {
+        sum.add_scaled(&part.estimate, 1.0);
+    }
+    sum
 }
 
-impl Seeds {
-    fn new(seed: u32) -> Self {
-        Self {
-            next: split_mix(seed.into()) as u32,
-        }
-    }
-
-    /// A seed for a batch that needs at most as many as it has samples over 2^16, rounded up.
-    fn next(&mut self, samples: u64) -> u32 {
-        let seed = self.next;
-        self.next = seed.wrapping_add(samples.div_ceil(1 << 16) as u32);
-        seed
-    }
-}
-
-/// √(2/π), the expected |x| of a normal x with unit variance.
-const MEAN_ABSOLUTE: f64 = std::f64::consts::FRAC_2_SQRT_PI * std::f64::consts::FRAC_1_SQRT_2;
-
-/// Expected L1 error of the parts together, relative to the sum of them all.
-fn relative_error(parts: &[&Part], total: f64, texels: usize) -> f64 {
-    let mut sigma = 0.0;
-    for texel in 0..texels {
-        for channel in 0..3 {
-            let variance: f64 = parts.iter().map(|p| p.variance(texel, channel)).sum();
-            sigma += variance.sqrt();
-        }
-    }
-    if total > 0.0 {
-        MEAN_ABSOLUTE * sigma / total
-    } else {
-        0.0
-    }
-}
-
-/// Runs rounds of the method with the larger error until the sum of all is good enough.
+/// Runs rounds of whichever method has the larger error until the sum of all is good enough.
 pub fn solve(
     problem: &Problem,
     options: &Options,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Solution> {
     let empty = problem.receiver.empty_map();
-    let texels = empty.len();
     let methods = [
         LightTracing::new(problem).map(Method::LightTracing),
         Gathering::new(problem).map(Method::Gathering),
     ];
     let mut parts: Vec<Part> = (methods.into_iter().flatten())
-        .map(|method| Part::new(method, empty.clone()))
+        .map(|method| Part {
+            method,
+            estimate: sum_of(&[], &empty),
+            size: 0,
+        })
         .collect();
-    let mut seeds = Seeds::new(options.seed);
-    let (mut samples, mut error, mut fraction) = (0, f64::INFINITY, 0.0);
-    let mut size = 1;
-    // First every part once, then the worst.
-    for round in 0.. {
-        let worst = if round < parts.len() {
-            round
-        } else {
-            let sum = |p: &Part| {
-                (0..texels)
-                    .map(|t| (0..3).map(|c| p.mean(t, c)).sum::<f64>())
-                    .sum::<f64>()
+    let mut seed = split_mix(options.seed.into()) as u32;
+    let (mut samples, mut error) = (0, f64::INFINITY);
+    let solution = loop {
+        let sum = sum_of(&parts, &empty);
+        let started = parts.iter().all(|part| part.size > 0);
+        if started {
+            let total = sum.total();
+            error = if total > 0.0 {
+                sum.absolute_error() / total
+            } else {
+                0.0
             };
-            let total: f64 = parts.iter().map(sum).sum();
-            error = relative_error(&parts.iter().collect::<Vec<_>>(), total, texels);
-            let errors: Vec<f64> = (parts.iter())
-                .map(|p| relative_error(&[p], total, texels))
-                .collect();
-            let worst = (0..parts.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
-            let Some(worst) = worst.filter(|_| error > options.error) else {
-                break;
-            };
-            let part = &parts[worst];
-            let needed = (error / options.error).powi(2) - 1.0;
-            let wanted = f64::from(part.size) * needed.clamp(MIN_GROWTH, MAX_GROWTH);
-            let per_size = part.method.samples(1) * u64::from(REPLICATES);
-            let affordable = options.max_samples.saturating_sub(samples) / per_size;
-            if affordable == 0 {
-                break;
-            }
-            fraction = 1.0 / (1.0 + needed);
-            size = (part.method.good_size(wanted))
-                .clamp(1, affordable.min(u64::from(u32::MAX)) as u32);
-            worst
+        }
+        // Samples wanted over samples so far: errors fall at least with their square root.
+        let growth = (error / options.error).powi(2) - 1.0;
+        let worst = (parts.iter_mut()).max_by(|a, b| worth(a).total_cmp(&worth(b)));
+        let Some(part) = worst.filter(|_| growth > 0.0) else {
+            break sum;
         };
-        let before = samples;
-        let ahead = parts[worst].method.samples(size) * u64::from(REPLICATES);
-        let after = if round < parts.len() {
-            0.0
-        } else {
-            1.0f64.min(fraction * (1.0 + ahead as f64 / before.max(1) as f64))
-        };
-        parts[worst].run(size, &mut seeds, &mut |done| {
+        let wanted = f64::from(part.size) * growth.clamp(MIN_GROWTH, MAX_GROWTH);
+        let size = if part.size == 0 { 1.0 } else { wanted };
+        let size = part.method.good_size(size);
+        let ahead = part.method.samples(size);
+        if started && samples + ahead > options.max_samples {
+            break sum;
+        }
+        let (before, needed) = (samples, samples as f64 * (1.0 + growth));
+        let round = part.method.round(size, seed, &mut |done| {
             samples += done;
-            let share = (samples - before) as f64 / ahead as f64;
+            // Until every part was seen once, nothing is known about what is needed.
+            let fraction = if started {
+                samples as f64 / needed
+            } else {
+                0.0
+            };
             progress(&Progress {
-                fraction: fraction + share * (after - fraction).max(0.0),
+                fraction: fraction.min(1.0),
                 samples,
                 relative_error: error,
             });
         })?;
-    }
-    let mut irradiance = empty.clone();
-    let mut standard_error = empty;
-    for texel in 0..texels {
-        for channel in 0..3 {
-            irradiance[texel][channel] = parts.iter().map(|p| p.mean(texel, channel)).sum();
-            let variance: f64 = parts.iter().map(|p| p.variance(texel, channel)).sum();
-            standard_error[texel][channel] = variance.sqrt();
-        }
-    }
+        debug_assert_eq!(samples, before + ahead);
+        part.add(&round, size);
+        seed = seed.wrapping_add(ahead.div_ceil(SEQUENCE_LENGTH.into()) as u32);
+    };
+    let standard_error = (solution.variance.iter())
+        .map(|variance| variance.map(f64::sqrt))
+        .collect();
     Ok(Solution {
-        irradiance,
+        irradiance: solution.mean,
         standard_error,
         relative_error: if error.is_finite() { error } else { 0.0 },
         samples,
     })
+}
+
+/// How much a part deserves the next round.
+fn worth(part: &Part) -> f64 {
+    if part.size == 0 {
+        f64::INFINITY
+    } else {
+        part.estimate.absolute_error()
+    }
 }

@@ -16,9 +16,14 @@ use crate::optics::reflect;
 use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
+use crate::reference::rounds::{Estimate, Moments, REPLICATES};
 use crate::reference::sequence::{SEQUENCE_LENGTH, sobol_4d};
 use crate::reference::{Map, Problem};
 use glam::DVec3;
+use rayon::prelude::*;
+
+/// Memory for the maps of replicates that are computed at the same time, bytes.
+const MAP_MEMORY: usize = 1 << 30;
 
 /// One light and how to choose triangles for it.
 struct Source<'a> {
@@ -62,20 +67,51 @@ impl<'a> LightTracing<'a> {
         })
     }
 
-    /// Rays that [`Self::batch`] traces.
-    pub fn samples(&self, sequences: u32) -> u64 {
-        self.sequences(sequences)
-            .map(|(_, n)| u64::from(n) * u64::from(SEQUENCE_LENGTH))
+    fn rays(&self, sequences: u32) -> u64 {
+        let each = u64::from(SEQUENCE_LENGTH);
+        (self.sequences(sequences))
+            .map(|(_, n)| u64::from(n) * each)
             .sum()
     }
 
-    /// Irradiance from about `sequences` sequences of points, W/m².
-    pub fn batch(&self, sequences: u32, mut seed: u32) -> Result<Map> {
+    /// Rays of [`Self::round`].
+    pub fn samples(&self, sequences: u32) -> u64 {
+        u64::from(REPLICATES) * self.rays(sequences)
+    }
+
+    /// Irradiance from replicates of about `sequences` sequences of points each. Uses as many
+    /// seeds from `seed` on as there are sequences; calls `done` with numbers of rays.
+    pub fn round(&self, sequences: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
+        let texels = self.problem.receiver.texels();
+        let at_once = (MAP_MEMORY / (size_of::<[f64; 3]>() * texels)).max(1);
+        let at_once = at_once.min(rayon::current_num_threads());
+        let rays = self.rays(sequences);
+        let seeds: Vec<u32> = (0..REPLICATES)
+            .map(|i| seed.wrapping_add(i * (rays / u64::from(SEQUENCE_LENGTH)) as u32))
+            .collect();
+        let mut moments = vec![Moments::default(); texels];
+        for seeds in seeds.chunks(at_once) {
+            let replicates: Vec<Result<Map>> = (seeds.par_iter())
+                .map(|&seed| self.replicate(sequences, seed))
+                .collect();
+            // Added in order, so that the sum does not depend on the number of threads.
+            for replicate in replicates {
+                for (moments, value) in moments.iter_mut().zip(replicate?) {
+                    moments.add(value);
+                }
+            }
+            done(rays * seeds.len() as u64);
+        }
+        Ok(Estimate::from_moments(&moments))
+    }
+
+    /// Irradiance, W/m².
+    fn replicate(&self, sequences: u32, mut seed: u32) -> Result<Map> {
         let receiver = &self.problem.receiver;
         let mut map = receiver.empty_map();
         for (source, strata) in self.sequences(sequences) {
-            let scale = 1.0 / (f64::from(strata) * f64::from(SEQUENCE_LENGTH));
-            let scale = scale / receiver.texel_area();
+            let rays = f64::from(strata) * f64::from(SEQUENCE_LENGTH);
+            let scale = 1.0 / (rays * receiver.texel_area());
             for stratum in 0..strata {
                 self.problem.check_cancelled()?;
                 // Every sequence covers its own part of the mirrors.
@@ -98,12 +134,10 @@ impl<'a> LightTracing<'a> {
     ) {
         for index in 0..SEQUENCE_LENGTH {
             let [u0, u1, u2, u3] = sobol_4d(index, seed);
-            let (triangle, u0) = source.triangles.pick(stratify(u0));
-            let triangle = &self.problem.mirrors[triangle];
+            let (chosen, u0) = source.triangles.pick(stratify(u0));
+            let triangle = &self.problem.mirrors[chosen];
             if let Some((texel, flux)) = self.ray(source.emitter, triangle, [u0, u1, u2, u3]) {
-                // The triangle was chosen with probability flux_onto/total.
-                let choice = source.emitter.flux_onto(triangle) / source.triangles.total();
-                let irradiance = scale / choice * flux;
+                let irradiance = scale / source.triangles.probability(chosen) * flux;
                 let texel = &mut map[texel];
                 texel[0] += irradiance.x;
                 texel[1] += irradiance.y;
