@@ -34,7 +34,8 @@ layout(push_constant) uniform ShadePush {
 #include "lighting.glsl"
 
 const int MOST_BOUNCES = 12;
-const uint SUN_RAYS = 8;
+// Rays to each sun's disc that a pixel's samples share, at least one each.
+const uint SUN_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
 
 // Bilinear look-up that stays inside the receiver's tile.
@@ -44,9 +45,11 @@ vec3 look_up(sampler2D map, Receiver receiver, vec2 texel) {
     return textureLod(map, clamp(texel, low, high) / vec2(textureSize(map, 0)), 0.0).rgb;
 }
 
-vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self) {
+vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, uint pixel_sample) {
+    uint all = push.side * push.side;
+    uint rays = max(SUN_RAYS / all, 1);
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, 0, SUN_RAYS, SUN_RAYS, true);
+    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, pixel_sample, rays, all, true);
     if (object.receiver != NO_RECEIVER) {
         Receiver receiver = receivers[object.receiver];
         vec2 texel = to_texels(receiver, x);
@@ -59,7 +62,7 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self) {
 }
 
 // Radiance that arrives from `direction`, W/m^2/sr.
-vec3 radiance(vec3 origin, vec3 direction) {
+vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
     vec3 weight = vec3(1.0);
     uint self = NO_TRIANGLE;
     for (int bounce = 0; bounce <= MOST_BOUNCES; bounce++) {
@@ -83,7 +86,7 @@ vec3 radiance(vec3 origin, vec3 direction) {
         self = hit.triangle;
         Object object = objects[triangle.object];
         if (object.kind == DIFFUSE) {
-            return weight * object.color / PI * diffuse_irradiance(object, origin, n, self);
+            return weight * object.color / PI * diffuse_irradiance(object, origin, n, self, pixel_sample);
         }
         weight *= object.color;
         direction = mirrored(-direction, n);
@@ -100,7 +103,7 @@ void main() {
         vec2 within = (vec2(i % push.side, i / push.side) + 0.5) / float(push.side);
         vec2 p = (vec2(pixel) + within) / vec2(size) * 2.0 - 1.0;
         vec3 direction = normalize(push.forward + p.x * push.right - p.y * push.up);
-        sum += radiance(push.eye, direction) / float(push.side * push.side);
+        sum += radiance(push.eye, direction, i) / float(push.side * push.side);
     }
     imageStore(view, ivec2(pixel), vec4(sum, 1.0));
 }

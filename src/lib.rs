@@ -8,5 +8,6 @@ pub mod optics;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod tone_map;
 
 pub use error::{Error, Result};

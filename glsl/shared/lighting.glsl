@@ -1,15 +1,15 @@
 // Direct light at a point of a diffuse surface. The including shader declares the buffer `suns`
 // and the sampler `environment`, and includes trace, optics, sampling, environment.
 
-// Irradiance from sun number `index`: `samples` rays over its disc, the first being number
-// `first` of `all`.
-vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint first, uint samples, uint all, bool trace) {
+// Irradiance from sun number `index` by `rays` rays over its disc, for sample number `part` of
+// `parts` that together cover it.
+vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uint parts, bool trace) {
     Sun sun = suns[index];
     float lit = 0.0;
-    for (uint i = first; i < first + samples; i++) {
-        vec3 s = sun_direction(sun.direction, sun.angular_radius, disc_point(i, all));
+    for (uint i = 0; i < rays; i++) {
+        vec3 s = sun_direction(sun.direction, sun.angular_radius, disc_point(part + i * parts, rays * parts));
         float cosine = dot(n, s);
-        if (cosine > 0.0 && !(trace && occluded(x, s, 1.0 / 0.0, self))) lit += cosine / float(samples);
+        if (cosine > 0.0 && !(trace && occluded(x, s, 1.0 / 0.0, self))) lit += cosine / float(rays);
     }
     return sun.irradiance * lit;
 }

@@ -1,7 +1,11 @@
 //! One file a subcommand. Results go to stdout, progress and the log to stderr.
 
+mod bake;
 mod compare;
+mod devices;
+mod gpu_options;
 mod reference;
+mod render;
 
 use clap::{Parser, Subcommand};
 use nephroid::reference::MAX_TEXELS;
@@ -22,16 +26,22 @@ pub struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Render(render::Arguments),
+    Bake(bake::Arguments),
     Reference(reference::Arguments),
     Compare(compare::Arguments),
+    Devices(devices::Arguments),
 }
 
 impl Cli {
     /// Does what the command line asks for.
     pub fn run(self) -> Result<()> {
         match self.command {
+            Command::Render(arguments) => render::run(&arguments),
+            Command::Bake(arguments) => bake::run(&arguments),
             Command::Reference(arguments) => reference::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
+            Command::Devices(arguments) => devices::run(&arguments),
         }
     }
 }

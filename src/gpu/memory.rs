@@ -297,7 +297,7 @@ impl Image {
                 .map_err(device_error("making a sampler"))?;
         }
         let mut recorder = Recorder::new(context)?;
-        recorder.to_general(handle, range);
+        recorder.begin_general(handle, range);
         recorder.submit()?;
         Ok(image)
     }

@@ -15,7 +15,7 @@ pub use context::{Context, ContextOptions, DeviceInfo, list_devices};
 pub use memory::{Buffer, Image, Sampling};
 pub use pipeline::{Pipeline, Resource, Topology};
 pub use recorder::{Access, PassTime, Recorder};
-pub use shader::{Shader, shaders};
+pub use shader::{Shader, StructLayout, shaders};
 
 use crate::error::Error;
 use ash::vk;

@@ -468,7 +468,7 @@ impl Recorder {
     }
 
     /// Moves a new image to layout GENERAL, where it stays.
-    pub(super) fn to_general(&mut self, image: vk::Image, range: vk::ImageSubresourceRange) {
+    pub(super) fn begin_general(&mut self, image: vk::Image, range: vk::ImageSubresourceRange) {
         let barrier = [vk::ImageMemoryBarrier2::default()
             .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
             .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)

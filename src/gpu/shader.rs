@@ -28,6 +28,7 @@ pub enum BindingKind {
 }
 
 /// A struct in a buffer, in bytes.
+#[derive(Debug, PartialEq, Eq)]
 pub struct StructLayout {
     pub name: &'static str,
     /// Array stride, or size where the struct stands alone.

@@ -1,5 +1,7 @@
-//! How far an image, or a sequence of images, is from the truth.
+//! How far an image, or a sequence of images, is from the truth, and what it cost.
 
 mod compare;
+mod profile;
 
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
+pub use profile::{PassProfile, Spread, profile};

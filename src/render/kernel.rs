@@ -55,7 +55,7 @@ fn flatness(p: f64) -> f64 {
     let i = FITTED[1..6].iter().filter(|(known, _)| *known < p).count();
     let ((p0, n0), (p1, n1)) = (FITTED[i], FITTED[i + 1]);
     let share = (p / p0).ln() / (p1 / p0).ln();
-    n0 * (n1 / n0 as f64).powf(share)
+    n0 * (n1 / n0).powf(share)
 }
 
 /// ∫₀¹ by the midpoint rule, good to 1e-6 here.

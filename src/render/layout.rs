@@ -14,13 +14,13 @@ macro_rules! mirrors {
             pub struct $name { $(pub $field: $type,)* }
         )*
 
-        /// (name, size, offsets of the fields) of every mirror.
+        /// What the SPIR-V must say of every mirror.
         #[cfg(test)]
-        const MIRRORS: &[(&str, usize, &[(&str, usize)])] = &[$((
-            stringify!($name),
-            size_of::<$name>(),
-            &[$((stringify!($field), std::mem::offset_of!($name, $field)),)*],
-        ),)*];
+        const MIRRORS: &[crate::gpu::StructLayout] = &[$(crate::gpu::StructLayout {
+            name: stringify!($name),
+            size: size_of::<$name>(),
+            fields: &[$((stringify!($field), std::mem::offset_of!($name, $field)),)*],
+        },)*];
     };
 }
 
@@ -87,42 +87,41 @@ pub const NO_RECEIVER: i32 = -1;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::shaders::STRUCTS;
+    use crate::gpu::{StructLayout, shaders::STRUCTS};
 
-    fn differences(mirrors: &[(&str, usize, &[(&str, usize)])]) -> Vec<String> {
-        let mut found = Vec::new();
-        for (name, size, fields) in mirrors {
-            match STRUCTS.iter().find(|s| s.name == *name) {
-                None => found.push(format!("{name} is in no shader")),
-                Some(glsl) if glsl.fields != *fields || glsl.size != *size => {
-                    found.push(format!(
-                        "{name}: {} {:?}, here {size} {fields:?}",
-                        glsl.size, glsl.fields
-                    ));
-                }
-                Some(_) => {}
-            }
-        }
-        found
+    fn differences(mirrors: &[StructLayout]) -> Vec<String> {
+        let glsl = |name| STRUCTS.iter().find(|glsl| glsl.name == name);
+        mirrors
+            .iter()
+            .filter_map(|here| match glsl(here.name) {
+                None => Some(format!("{} is in no shader", here.name)),
+                Some(glsl) => (glsl != here).then(|| format!("{glsl:?}, here {here:?}")),
+            })
+            .collect()
     }
 
     #[test]
     fn mirrors_match_the_spirv() {
         assert_eq!(differences(MIRRORS), Vec::<String>::new());
         // A shifted field, a wrong size and an unknown struct are seen.
-        assert_eq!(
-            differences(&[("Node", 32, &[("lower", 0), ("count", 16)])]).len(),
-            1
-        );
-        assert_eq!(
-            differences(&[(
+        for (name, size, fields) in [
+            (
+                "Node",
+                32,
+                &[("lower", 0), ("count", 16), ("upper", 20), ("first", 28)][..],
+            ),
+            (
                 "CompactPush",
                 12,
-                &[("pair_count", 0), ("receiver_count", 4)]
-            )])
-            .len(),
-            1
-        );
-        assert_eq!(differences(&[("Nothing", 4, &[])]).len(), 1);
+                &[("pair_count", 0), ("receiver_count", 4)],
+            ),
+            ("Nothing", 4, &[]),
+        ] {
+            assert_eq!(
+                differences(&[StructLayout { name, size, fields }]).len(),
+                1,
+                "{name}"
+            );
+        }
     }
 }

@@ -45,35 +45,12 @@ pub enum Method {
     Points,
 }
 
-/// Size of light maps, in place of the scene's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LightMapSize {
-    /// This many texels wide, as high as keeps the map's shape.
-    Width(u32),
-    Exact([u32; 2]),
-}
-
-impl LightMapSize {
-    /// The size of a map that the scene gives as `texels`.
-    pub fn resolve(self, texels: [u32; 2]) -> [u32; 2] {
-        match self {
-            Self::Exact(size) => size,
-            Self::Width(width) => {
-                let height = f64::from(width) * f64::from(texels[1]) / f64::from(texels[0]);
-                [width, (height.round() as u32).max(1)]
-            }
-        }
-    }
-}
-
 /// What to compute and how finely.
 #[derive(Debug, Clone)]
 pub struct Settings {
     pub method: Method,
     /// Patches asked for on the mirrors' lit faces (at least one a triangle is made), or points.
     pub samples: u32,
-    /// In place of the scene's light-map sizes.
-    pub light_map: Option<LightMapSize>,
     /// `pinhole`: ε of the form factor's d² + ε, in squared patch diameters.
     pub epsilon: f32,
     /// `pinhole`: blur the light by the patch's curvature.
@@ -85,7 +62,6 @@ impl Default for Settings {
         Self {
             method: Method::Footprint,
             samples: 16_384,
-            light_map: None,
             epsilon: 1.0,
             filter: true,
         }
@@ -106,6 +82,7 @@ pub struct Renderer {
 }
 
 /// The stages of a method.
+#[allow(clippy::large_enum_variant)] // a renderer has one
 enum Caustic {
     Footprint {
         sample: Sample,

@@ -74,7 +74,7 @@ impl DeviceScene {
         let origin = middle(&meshes);
 
         let soup = Soup::new(scene, &meshes, origin);
-        let (tiles, atlas) = pack_tiles(scene, settings, context.max_image_side())?;
+        let (tiles, atlas) = pack_tiles(scene, context.max_image_side())?;
         let receivers = receivers(scene, &tiles, origin);
         let objects: Vec<_> = scene
             .objects
@@ -257,13 +257,10 @@ fn depth(nodes: &[obvhs::bvh2::node::Bvh2Node]) -> usize {
 }
 
 /// Places the receivers' light maps in columns.
-fn pack_tiles(scene: &Scene, settings: &Settings, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
+fn pack_tiles(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     let mut tiles: Vec<Tile> = Vec::new();
     let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
-    for (object, _, texels) in scene.receivers() {
-        let size = settings
-            .light_map
-            .map_or(texels, |asked| asked.resolve(texels));
+    for (object, _, size) in scene.receivers() {
         if size.iter().any(|side| *side > max_side) {
             return Err(Error::Usage {
                 reason: format!(

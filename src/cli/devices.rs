@@ -1,0 +1,31 @@
+//! `nephroid devices`: what Vulkan offers.
+
+use super::{print, print_json};
+use clap::Args;
+use nephroid::Result;
+use nephroid::gpu::list_devices;
+
+/// List the Vulkan devices, best first, as --device counts them
+#[derive(Args)]
+pub struct Arguments {
+    /// Print as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let devices = list_devices()?;
+    if arguments.json {
+        print_json(&devices);
+        return Ok(());
+    }
+    for (index, device) in devices.iter().enumerate() {
+        let unsuitable = device.unsuitable.as_ref();
+        let remark = unsuitable.map_or(String::new(), |reason| format!(", unsuitable: {reason}"));
+        print(&format!(
+            "{index}  {} ({}, Vulkan {}, {}){remark}",
+            device.name, device.kind, device.api_version, device.driver
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,72 @@
+//! `nephroid render`: the camera's view.
+
+use super::gpu_options::GpuOptions;
+use super::print_json;
+use clap::Args;
+use nephroid::image_file::{check_writable, write_exr, write_png};
+use nephroid::{Error, Result, tone_map};
+use std::path::PathBuf;
+
+/// Render the camera's view with its caustics
+///
+/// Writes a tone-mapped .png (Khronos PBR Neutral, sRGB) or linear radiance, W/m²/sr, as .exr.
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file (.toml)
+    scene: PathBuf,
+    /// PNG or EXR file to write
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Pixels, WIDTHxHEIGHT
+    #[arg(long, default_value = "1280x720", value_parser = picture_size)]
+    size: [u32; 2],
+    /// Each pixel is the mean of this number squared of samples
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
+    antialias: u32,
+    #[command(flatten)]
+    gpu: GpuOptions,
+}
+
+fn picture_size(text: &str) -> Result<[u32; 2], String> {
+    let side = |text: &str| text.parse().ok().filter(|n| (1..=16384).contains(n));
+    let size = text
+        .split_once('x')
+        .and_then(|(w, h)| Some([side(w)?, side(h)?]));
+    size.ok_or("give WIDTHxHEIGHT in 1 to 16384 pixels".into())
+}
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let output = arguments.output.as_path();
+    let png = match output.extension().and_then(|extension| extension.to_str()) {
+        Some("png") => true,
+        Some("exr") => false,
+        _ => {
+            return Err(Error::Usage {
+                reason: format!("{} is neither a .png nor an .exr file", output.display()),
+                remedy: "end the output's name with .png or .exr".into(),
+            });
+        }
+    };
+    check_writable(output)?;
+    let mut session = arguments.gpu.open(&arguments.scene)?;
+    let report = arguments.gpu.run(&mut session, output, |renderer, scene| {
+        renderer.view(&scene.camera, arguments.size, arguments.antialias)
+    })?;
+    let summary = serde_json::to_value(&report).expect("reports have string keys");
+    if !arguments.gpu.json {
+        report.print();
+    }
+    drop(report);
+
+    let view = session.renderer.read_view()?;
+    if png {
+        let rgb = tone_map::to_srgb(&view, session.scene.camera.exposure_ev);
+        write_png(output, view.width, view.height, &rgb)?;
+    } else {
+        write_exr(output, &view, &[], "radiance, W/m^2/sr")?;
+    }
+    if arguments.gpu.json {
+        print_json(&summary);
+    }
+    Ok(())
+}
