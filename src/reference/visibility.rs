@@ -30,12 +30,19 @@ impl Blockers {
         if corners.is_empty() {
             return None;
         }
-        let boxes: Vec<Aabb> = corners
-            .iter()
-            .map(|[a, b, c]| Aabb::new(to_parry(a.min(*b).min(*c)), to_parry(a.max(*b).max(*c))))
+        let corner = |pick: fn(DVec3, DVec3) -> DVec3| {
+            (corners.iter().flatten().copied()).fold(corners[0][0], pick)
+        };
+        let tolerance = TOLERANCE * corner(DVec3::min).distance(corner(DVec3::max));
+        // Wider than the triangles, so that rounding loses no box that a ray just touches.
+        let margin = DVec3::splat(tolerance);
+        let boxes: Vec<Aabb> = (corners.iter())
+            .map(|&[a, b, c]| {
+                let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+                Aabb::new(to_parry(low - margin), to_parry(high + margin))
+            })
             .collect();
         let bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
-        let tolerance = TOLERANCE * bvh.root_aabb().extents().length();
         let triangles = corners
             .iter()
             .map(|&[a, b, c]| Triangle {
@@ -61,7 +68,7 @@ impl Blockers {
         origin_triangle: Option<u32>,
     ) -> bool {
         let range = [self.tolerance, length - self.tolerance];
-        let inverse = direction.recip();
+        let inverse = finite_reciprocal(direction);
         (self.bvh)
             .leaves(|node| box_meets(node, origin, inverse, range))
             .any(|leaf| {
@@ -75,20 +82,29 @@ fn to_parry(v: DVec3) -> Vector {
     Vector::new(v.x, v.y, v.z)
 }
 
-/// Slab test (Kay, Kajiya, *Ray tracing complex scenes*, SIGGRAPH 1986). A ray within a slab's
-/// face gives 0·∞ = NaN, which `min` and `max` ignore, so such boxes are visited.
+/// 1/d, but finite, so that a ray along the plane of a box's face gives no 0·∞ = NaN.
+fn finite_reciprocal(direction: DVec3) -> DVec3 {
+    const LARGE: f64 = 1e200;
+    direction
+        .recip()
+        .clamp(DVec3::splat(-LARGE), DVec3::splat(LARGE))
+}
+
+/// Slab test (Kay, Kajiya, *Ray tracing complex scenes*, SIGGRAPH 1986).
 fn box_meets(node: &BvhNode, origin: DVec3, inverse: DVec3, range: [f64; 2]) -> bool {
+    // f64::min and f64::max take several instructions to treat NaN, of which there is none.
+    let min = |a: f64, b: f64| if a < b { a } else { b };
+    let max = |a: f64, b: f64| if a > b { a } else { b };
     let (low, high) = (node.mins(), node.maxs());
-    let mut near = range[0];
-    let mut far = range[1];
-    for axis in 0..3 {
-        let t0 = (low[axis] - origin[axis]) * inverse[axis];
-        let t1 = (high[axis] - origin[axis]) * inverse[axis];
-        near = near.max(t0.min(t1));
-        // Rounding must not lose a box that the ray just touches: Ize, *Robust BVH ray
-        // traversal*, JCGT 2(2), 2013.
-        far = far.min(t0.max(t1) * (1.0 + 4.0 * f64::EPSILON));
-    }
+    let slab = |low: f64, high: f64, origin: f64, inverse: f64| {
+        let (t0, t1) = ((low - origin) * inverse, (high - origin) * inverse);
+        (min(t0, t1), max(t0, t1))
+    };
+    let x = slab(low.x, high.x, origin.x, inverse.x);
+    let y = slab(low.y, high.y, origin.y, inverse.y);
+    let z = slab(low.z, high.z, origin.z, inverse.z);
+    let near = max(max(x.0, y.0), max(z.0, range[0]));
+    let far = min(min(x.1, y.1), min(z.1, range[1]));
     near <= far
 }
 
@@ -141,6 +157,20 @@ mod tests {
         let above = DVec3::new(0.3, 2.0, 0.2);
         assert!(blockers.block(above, DVec3::NEG_Y, f64::INFINITY, None));
         assert!(!blockers.block(above + 2.0 * DVec3::X, DVec3::NEG_Y, f64::INFINITY, None));
+    }
+
+    #[test]
+    fn rays_along_axes_and_through_edges_of_boxes_are_blocked() {
+        let blockers = Blockers::new(&square(1.0)).unwrap();
+        for x in [-1.0, 0.0, 1.0] {
+            for z in [-1.0, 0.0, 1.0] {
+                let start = DVec3::new(x, 0.0, z);
+                assert!(
+                    blockers.block(start, DVec3::Y, f64::INFINITY, None),
+                    "{start}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -1,0 +1,262 @@
+//! What the command line says and returns, above all where the input is bad.
+
+use assert_cmd::Command;
+use nephroid::image_file::{RgbImage, write_exr};
+use predicates::prelude::*;
+use predicates::str::contains;
+use std::path::{Path, PathBuf};
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("assets/scenes")
+        .join(name)
+}
+
+fn nephroid() -> Command {
+    Command::cargo_bin("nephroid").unwrap()
+}
+
+fn reference(scene: &Path, output: &Path) -> Command {
+    let mut command = nephroid();
+    command.arg("reference").arg(scene).arg("-o").arg(output);
+    command
+}
+
+/// Fails with an exit code, a message that holds every part, and nothing on stdout.
+fn refuses(command: &mut Command, code: i32, parts: &[&str]) {
+    let mut assert = command.assert().code(code).stdout("");
+    for part in ["error: "].iter().chain(parts) {
+        assert = assert.stderr(contains(*part));
+    }
+    assert.stderr(contains("panicked").not());
+}
+
+#[test]
+fn reference_writes_a_map_that_compares_with_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.exr");
+    let mut command = reference(&scene("mirror.toml"), &map);
+    command.args(["--lightmap", "16", "--error", "0.1", "--json"]);
+    let output = command
+        .assert()
+        .success()
+        .stderr("")
+        .get_output()
+        .stdout
+        .clone();
+    let summary: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    assert_eq!(
+        (&summary["width"], &summary["height"]),
+        (&16.into(), &16.into())
+    );
+    assert!(summary["relative_error"].as_f64().unwrap() <= 0.1);
+    assert!(summary["received_flux"][0].as_f64().unwrap() > 0.1);
+
+    let mut command = nephroid();
+    command.arg("compare").args([&map, &map]).arg("--json");
+    let output = command.assert().success().get_output().stdout.clone();
+    let comparison: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    assert_eq!(comparison["l1"], 0.0);
+    assert_eq!(comparison["energy_ratio"], 1.0);
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(left.len(), 1, "no temporary file is left");
+}
+
+#[test]
+fn too_few_samples_are_said_on_stderr() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = reference(&scene("mirror.toml"), &folder.path().join("map.exr"));
+    command.args(["--lightmap", "64", "--max-samples", "1"]);
+    command
+        .assert()
+        .success()
+        .stderr(contains("warning: stopped after"));
+}
+
+#[test]
+fn bad_input_of_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.exr");
+    let ring = scene("ring.toml");
+    refuses(
+        &mut reference(Path::new("none.toml"), &map),
+        3,
+        &["none.toml", "remedy"],
+    );
+    let names = ["`roof`", "floor, wall_x, wall_z"];
+    refuses(
+        reference(&ring, &map).args(["--receiver", "roof"]),
+        2,
+        &names,
+    );
+    // An object, but not one that receives.
+    refuses(
+        reference(&ring, &map).args(["--receiver", "ring"]),
+        2,
+        &["floor, wall_x, wall_z"],
+    );
+    refuses(
+        &mut reference(&ring, &map),
+        2,
+        &["3 receivers", "floor, wall_x, wall_z"],
+    );
+    for size in ["0", "100000", "16x0", "many", "-1"] {
+        let size = format!("--lightmap={size}");
+        refuses(reference(&ring, &map).arg(size), 2, &["--lightmap", "8192"]);
+    }
+    for error in ["0", "-1", "nan", "2"] {
+        let error = format!("--error={error}");
+        let command = &mut reference(&ring, &map);
+        refuses(
+            command.args(["--receiver", "floor"]).arg(error),
+            2,
+            &["error"],
+        );
+    }
+    assert!(!map.exists());
+}
+
+#[test]
+fn unwritable_output_is_found_before_the_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let mirror = scene("mirror.toml");
+    let missing = folder.path().join("missing/map.exr");
+    refuses(
+        &mut reference(&mirror, &missing),
+        2,
+        &["missing/map.exr", "remedy"],
+    );
+    let is_folder = folder.path().join("folder.exr");
+    std::fs::create_dir(&is_folder).unwrap();
+    refuses(
+        &mut reference(&mirror, &is_folder),
+        2,
+        &["folder.exr", "it is a folder"],
+    );
+    refuses(
+        &mut reference(&mirror, &folder.path().join("map.png")),
+        2,
+        &["map.png", ".exr"],
+    );
+}
+
+fn grey(folder: &Path, name: &str, width: u32, value: f32) -> PathBuf {
+    let path = folder.join(name);
+    let image = RgbImage {
+        width,
+        height: 2,
+        pixels: vec![[value; 3]; 2 * width as usize],
+    };
+    write_exr(&path, &image, &[], "test").unwrap();
+    path
+}
+
+fn compare(a: &Path, b: &Path) -> Command {
+    let mut command = nephroid();
+    command.arg("compare").args([a, b]);
+    command
+}
+
+#[test]
+fn bad_input_of_compare() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = grey(folder.path(), "small.exr", 2, 1.0);
+    let large = grey(folder.path(), "large.exr", 3, 1.0);
+    refuses(&mut compare(&small, &large), 2, &["2x2 and 3x2", "remedy"]);
+    refuses(
+        &mut compare(&small, Path::new("none.exr")),
+        3,
+        &["none.exr", "remedy"],
+    );
+    let nan = grey(folder.path(), "nan.exr", 2, f32::NAN);
+    refuses(&mut compare(&small, &nan), 3, &["nan.exr", "pixel (0, 0)"]);
+    let truncated = folder.path().join("truncated.exr");
+    let whole = std::fs::read(&small).unwrap();
+    std::fs::write(&truncated, &whole[..whole.len() - 9]).unwrap();
+    refuses(&mut compare(&truncated, &small), 3, &["truncated.exr"]);
+    let text = folder.path().join("text.exr");
+    std::fs::write(&text, "no image").unwrap();
+    refuses(&mut compare(&text, &small), 3, &["text.exr", "EXR"]);
+    refuses(&mut compare(folder.path(), &small), 3, &["remedy"]);
+}
+
+#[test]
+fn black_reference_gives_null_and_never_nan() {
+    let folder = tempfile::tempdir().unwrap();
+    let white = grey(folder.path(), "white.exr", 2, 1.0);
+    let black = grey(folder.path(), "black.exr", 2, 0.0);
+    let mut command = compare(&white, &black);
+    let command = command.arg("--json").assert().success();
+    command.stdout(contains("\"l1\": null").and(contains("NaN").not()));
+    let text = compare(&white, &black).assert().success();
+    text.stdout(contains("L1            undefined").and(contains("NaN").not()));
+}
+
+#[test]
+fn folders_are_sequences() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+    for (sequence, values) in [(&a, [1.0, 3.0]), (&b, [1.0, 2.0])] {
+        std::fs::create_dir(sequence).unwrap();
+        refuses(&mut compare(sequence, sequence), 3, &["no .exr file"]);
+        for (frame, value) in values.into_iter().enumerate() {
+            grey(sequence, &format!("{frame}.exr"), 2, value);
+        }
+    }
+    let output = compare(&a, &b)
+        .arg("--json")
+        .assert()
+        .success()
+        .get_output()
+        .stdout
+        .clone();
+    let comparison: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    assert_eq!(comparison["frames"].as_array().unwrap().len(), 2);
+    assert_eq!(comparison["l1"], 1.0 / 3.0);
+    assert_eq!(comparison["flicker"], 1.0 / 1.5);
+    grey(&a, "2.exr", 2, 1.0);
+    refuses(&mut compare(&a, &b), 2, &["do not hold the same frames"]);
+}
+
+#[test]
+fn usage_errors_exit_with_2() {
+    nephroid().assert().code(2);
+    nephroid()
+        .arg("paint")
+        .assert()
+        .code(2)
+        .stderr(contains("paint"));
+    nephroid()
+        .arg("--help")
+        .assert()
+        .success()
+        .stdout(contains("reference"));
+}
+
+/// Ctrl-C leaves neither the map nor a temporary file, and exits with 130.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_nothing_behind() {
+    use std::process::{Command, Stdio};
+    use std::time::Duration;
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("nephroid"))
+        .args([
+            "reference",
+            "--receiver",
+            "floor",
+            "--error",
+            "0.0001",
+            "-o",
+        ])
+        .arg(folder.path().join("map.exr"))
+        .arg(scene("ring.toml"))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(1));
+    let pid = child.id().to_string();
+    Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
