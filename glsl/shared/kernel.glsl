@@ -25,11 +25,11 @@ float trace2(vec3 a, vec3 b) {
 // The kernel at t = d^T conic d, of integral pi mean / sqrt(det conic): (1 - t)^p for a shape
 // p >= 1.5, and, flatter, (1 - t^n)^1.5 for a shape -n <= -1.
 float kernel_value(float shape, float t) {
-    if (t >= 1.0) return 0.0;
-    float base = 1.0 - (shape < 0.0 ? pow(t, -shape) : t);
-    float square = base * base;
-    if (shape == 4.0) return square * square;
-    return shape < 0.0 ? base * sqrt(base) : pow(base, shape);
+    // x^y as exp2(y log2 x): pow() is slow on some drivers.
+    bool flat_top = shape < 0.0;
+    float base = 1.0 - (flat_top ? exp2(-shape * log2(t)) : t);
+    float value = exp2((flat_top ? 1.5 : shape) * log2(base));
+    return t < 1.0 ? value : 0.0;
 }
 
 // A patch throws no light behind its own plane, which cuts the receiver in the line
