@@ -22,7 +22,6 @@ layout(push_constant) uniform PinholePush {
     uint sun_count;
     float epsilon;       // of the form factor, in squared patch diameters
     float spread;        // variance of the filter over that of the patch; 0: no filter
-    float sharpest;      // largest exponent p
     float rotation;      // of the environment
     uint has_environment;
     uint trace;
@@ -93,8 +92,8 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
         float value;
         if (push.spread > 0.0) {
             vec3 of_light = vec3(1.0, 0.0, 1.0) * (0.25 * radius * radius);
-            Kernel kernel = kernel_for(of_patch + of_light, of_light, push.sharpest);
-            value = kernel.peak * kernel_value(kernel.shape, quadratic2(kernel.conic, place));
+            Kernel kernel = kernel_for(of_patch + of_light, of_light);
+            value = kernel.peak * kernel_value(kernel.flatness, quadratic2(kernel.conic, place));
         } else {
             value = dot(place, place) < radius * radius ? 1.0 / (PI * radius * radius) : 0.0;
         }

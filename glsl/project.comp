@@ -11,17 +11,16 @@ layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
-// Receiver_count slots a pair, the used ones first.
+// 2 receiver_count slots a pair, the used ones first.
 layout(std430, binding = 7) writeonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
-layout(std430, binding = 9) writeonly buffer GroupCounts { uint group_counts[]; };
+layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
 layout(push_constant) uniform ProjectPush {
     uint first_pair;     // of this batch; a pair is light * patch_count + patch
     uint pair_count;     // in this batch
     uint patch_count;
     uint receiver_count;
     float spread;        // variance of the kernel over that of the patch
-    float sharpest;      // largest exponent p
     uint trace;          // 0: nothing can block
 } push;
 
@@ -30,7 +29,7 @@ layout(push_constant) uniform ProjectPush {
 #include "receiver.glsl"
 #include "footprint.glsl"
 
-shared uint group_count;
+shared uvec2 group_count;
 
 // Rays are followed to this share of their length, so that the receiver itself does not block.
 const float ALMOST = 0.9999;
@@ -40,12 +39,13 @@ const float FEW_TEXELS = 64.0;
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
 
-// The footprint that `patch_` throws on `receiver`, with `flux` in W; false where there is none.
-bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footprint) {
+// Footprints that `patch_` throws on receiver number `index`, with `flux` in W: none, one, or two
+// where the patch's plane cuts the first.
+uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footprints_[2]) {
     Receiver receiver = receivers[index];
     vec3 m = receiver.normal;
     // A patch may touch the receiver, its centroid must be before it.
-    if (dot(receiver.origin - patch_.position, m) >= 0.0) return false;
+    if (dot(receiver.origin - patch_.position, m) >= 0.0) return 0;
     vec2 image[3];
     vec2 centre = vec2(0.0);
     float mean_distance = 0.0;
@@ -57,7 +57,7 @@ bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         float along = dot(r, m);
         float away = dot(receiver.origin - x, m);
         // The ray must run toward the front of the plane.
-        if (along >= -1e-6) return false;
+        if (along >= -1e-6) return 0;
         float d = away / along;
         image[i] = to_texels(receiver, x + d * r);
         centre += image[i] / 3.0;
@@ -77,7 +77,7 @@ bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     vec3 of_light = outer2(ja) + outer2(jb);
 
     vec3 of_texel = vec3(1.0, 0.0, 1.0) / 12.0;
-    Kernel kernel = kernel_for(of_patch + of_light + of_texel, of_light, push.sharpest);
+    Kernel kernel = kernel_for(of_patch + of_light + of_texel, of_light);
 
     // Bounding box; nothing to do where it misses the tile.
     vec2 half_size = sqrt(vec2(kernel.conic.z, kernel.conic.x) / determinant2(kernel.conic));
@@ -85,25 +85,38 @@ bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
     vec2 low = max(floor(centre - half_size), tile_low);
     vec2 high = min(ceil(centre + half_size), tile_high);
-    if (!(all(lessThan(low, high)) && determinant2(kernel.conic) > 0.0)) return false;
+    if (!(all(lessThan(low, high)) && determinant2(kernel.conic) > 0.0)) return 0;
 
     // Visibility from the patch to the point of the receiver that is nearest to the centre.
     if (push.trace != 0) {
         vec3 target = from_texels(receiver, clamp(centre, tile_low, tile_high));
-        if (occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return false;
+        if (occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return 0;
     }
 
     // W to W/m^2 in a texel.
     vec3 peak = flux * (kernel.peak / texel_area(receiver));
 
-    // The line in which the patch's plane cuts the receiver, where the footprint reaches it.
+    // The patch throws no light behind its own plane, which cuts the receiver in the line
+    // 1 + edge.d = 0. What of the footprint lies beyond is folded back: a second footprint, the
+    // first mirrored at the line in the metric of the conic, and both only before the line. That
+    // keeps the flux and, where patches end in the line, the evenness of their sum.
     vec3 n = cross(patch_.edge1, patch_.edge2);
     float before = dot(n, from_texels(receiver, centre) - patch_.position);
     vec2 edge = vec2(
         dot(n, receiver.edge_u) / float(receiver.width),
         -dot(n, receiver.edge_v) / float(receiver.height)) / before;
-    float reach = quadratic2(inverse2(kernel.conic), edge);
-    vec2 fold = before > 0.0 && reach > 1.0 ? edge * (4.0 / reach) : vec2(0.0);
+    vec3 inverse = inverse2(kernel.conic);
+    float reach = quadratic2(inverse, edge);
+    bool folded = before > 0.0 && reach > 1.0;
+    vec2 shift = vec2(0.0);
+    vec3 cut = vec3(0.0, 0.0, 1.0);
+    vec3 mirrored_cut = cut;
+    if (folded) {
+        shift = vec2(inverse.x * edge.x + inverse.y * edge.y, inverse.y * edge.x + inverse.z * edge.y) * (-2.0 / reach);
+        float distance_ = 1.0 / length(edge);
+        cut = vec3(edge * distance_, 0.5 + distance_);
+        mirrored_cut = vec3(edge * distance_, 0.5 - distance_);
+    }
 
     // A small footprint is normalised over its texels.
     vec2 first = floor(centre - half_size) + 0.5;
@@ -112,13 +125,19 @@ bool project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         float sum = 0.0;
         for (float y = 0.0; y < box.y; y += 1.0) {
             for (float x = 0.0; x < box.x; x += 1.0) {
-                sum += footprint_value(kernel.shape, kernel.conic, fold, first + vec2(x, y) - centre);
+                vec2 d = first + vec2(x, y) - centre;
+                float value = kernel_value(kernel.flatness, quadratic2(kernel.conic, d));
+                if (folded) value += kernel_value(kernel.flatness, quadratic2(kernel.conic, d - shift));
+                sum += value * clamp(cut.z + dot(cut.xy, d), 0.0, 1.0);
             }
         }
         if (sum > 0.0) peak /= sum * kernel.peak;
     }
-    footprint = Footprint(centre, kernel.shape, index, kernel.conic, fold.x, peak, fold.y);
-    return true;
+    footprints_[0] = Footprint(centre, kernel.flatness, index, kernel.conic, 0.0, peak, 0.0, cut, 0.0);
+    footprints_[1] = footprints_[0];
+    footprints_[1].centre += shift;
+    footprints_[1].cut = mirrored_cut;
+    return folded ? 2 : 1;
 }
 
 // Flux through the patch, W: E A cos(theta) reflectance, cos(theta) averaged over the midpoints;
@@ -139,7 +158,7 @@ vec3 flux_of(Patch patch_, Sun sun) {
 }
 
 void main() {
-    if (gl_LocalInvocationIndex == 0) group_count = 0;
+    if (gl_LocalInvocationIndex == 0) group_count = uvec2(0);
     barrier();
     uint local = gl_GlobalInvocationID.x;
     uint count = 0;
@@ -150,17 +169,19 @@ void main() {
         vec3 flux = flux_of(patch_, sun);
         if (any(greaterThan(flux, vec3(0.0)))) {
             for (uint index = 0; index < push.receiver_count; index++) {
-                Footprint footprint;
-                if (project(patch_, sun, flux, index, footprint)) {
-                    footprints[local * push.receiver_count + count] = footprint;
-                    count++;
-                }
+                Footprint found[2];
+                uint more = project(patch_, sun, flux, index, found);
+                uint slot = local * 2 * push.receiver_count + count;
+                if (more > 0) footprints[slot] = found[0];
+                if (more > 1) footprints[slot + 1] = found[1];
+                count += more;
             }
         }
         counts[local] = count;
     }
     // A sum of integers does not depend on the order, so the result is the same every time.
-    atomicAdd(group_count, count);
+    atomicAdd(group_count.x, count);
+    atomicAdd(group_count.y, min(count, 1));
     barrier();
     if (gl_LocalInvocationIndex == 0) group_counts[gl_WorkGroupID.x] = group_count;
 }

@@ -9,9 +9,10 @@ layout(std430, binding = 2) readonly buffer Receivers { Receiver receivers[]; };
 layout(push_constant) uniform SplatPush {
     vec2 atlas_size;  // texels
 } push;
-layout(location = 0) out flat vec4 centre_and_fold;
-layout(location = 1) out flat vec4 conic_and_shape;
-layout(location = 2) out flat vec3 peak;
+layout(location = 0) out flat vec4 conic_and_flatness;
+layout(location = 1) out flat vec3 peak;
+layout(location = 2) out flat vec3 cut;
+layout(location = 3) out flat vec2 centre;
 
 const vec2 CORNERS[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(-1, 1), vec2(-1, 1), vec2(1, -1), vec2(1, 1));
 
@@ -23,8 +24,9 @@ void main() {
     vec2 low = vec2(receiver.tile_x, receiver.tile_y);
     vec2 corner = footprint.centre + CORNERS[gl_VertexIndex % 6] * half_size;
     corner = clamp(corner, low, low + vec2(receiver.width, receiver.height));
-    centre_and_fold = vec4(footprint.centre, footprint.fold_x, footprint.fold_y);
-    conic_and_shape = vec4(c, footprint.shape);
+    conic_and_flatness = vec4(c, footprint.flatness);
     peak = footprint.peak;
+    cut = footprint.cut;
+    centre = footprint.centre;
     gl_Position = vec4(corner / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);
 }

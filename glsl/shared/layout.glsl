@@ -85,16 +85,18 @@ struct Patch {
     float unused2;
 };
 
-// The image of a light in a patch on a receiver: a kernel around `centre`, in texels of the atlas,
-// with what would lie behind the patch's plane folded back; see footprint_value in kernel.glsl.
+// The image of a light in a patch on a receiver: with d the way from `centre` in texels of the
+// atlas, irradiance peak * kernel_value(flatness, d^T conic d) * clamp(cut.z + cut.xy . d, 0, 1).
 struct Footprint {
     vec2 centre;
-    float shape;
+    float flatness;  // of the kernel
     uint receiver;
     vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
-    float fold_x;
+    float unused0;
     vec3 peak;       // W/m^2
-    float fold_y;
+    float unused1;
+    vec3 cut;        // the share of a texel that lies before the patch's plane
+    float unused2;
 };
 
 // A point's flux over its texel's area.
@@ -104,9 +106,9 @@ struct PointSplat {
 };
 const uint NO_TEXEL = 0xffffffffu;
 
-// Kernel (1 - t^inner)^1.5 by its flatness; see profiles in src/render/project.rs.
+// A kernel of the family in kernel.glsl; see profiles() in src/render/kernel.rs.
 struct Profile {
-    float inner;
+    float flatness;
     float support;   // squared support radius in units of the covariance
     float mean;      // integral of the kernel over t from 0 to 1
     float unused;

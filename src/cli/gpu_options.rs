@@ -74,8 +74,8 @@ pub struct Report<'a> {
     pub method: Method,
     /// Patches or points.
     pub samples: u32,
-    /// Footprints in the light maps.
-    pub footprints: Option<u32>,
+    /// Patches that throw light on a receiver.
+    pub lit: Option<u32>,
     /// Wall time of a frame without profiling, s.
     pub frame: Spread,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -175,7 +175,7 @@ impl GpuOptions {
             device: context.info(),
             method: *method,
             samples: renderer.samples(),
-            footprints: renderer.footprints()?,
+            lit: renderer.lit_patches()?,
             frame: Spread::of(&times),
             passes,
         })
@@ -192,11 +192,11 @@ impl Report<'_> {
         } else {
             "patches"
         };
-        let footprints = self
-            .footprints
-            .map_or(String::new(), |count| format!(", {count} footprints"));
+        let lit = self
+            .lit
+            .map_or(String::new(), |count| format!(", {count} lit"));
         print(&format!(
-            "{}\ndevice  {} ({})\nmethod  {method}, {} {samples}{footprints}\nframe   {:.2} ms",
+            "{}\ndevice  {} ({})\nmethod  {method}, {} {samples}{lit}\nframe   {:.2} ms",
             self.file.display(),
             device.name,
             device.driver,

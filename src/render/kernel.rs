@@ -1,4 +1,4 @@
-//! Constants of the footprint's kernel (1 − tⁿ)^q, t = dᵀΣ⁻¹d / a².
+//! Constants of the footprint's kernel ((1 − t)/(1 − κt))⁴, t = dᵀΣ⁻¹d / a².
 
 use super::layout::Profile;
 
@@ -11,80 +11,95 @@ use super::layout::Profile;
 /// a sun of 2.5°.
 pub const SPREAD: f32 = 12.0 * 0.47 * 0.47;
 
-/// Largest exponent p of (1 − t)^p. A larger one blurs more and ripples less.
-pub const SHARPEST: f32 = 4.0;
-
 /// Entries of the table that kernel_for() of footprint.glsl reads.
 const PROFILES: usize = 64;
+/// The sharpest kernel of the table, (1 − t)⁴.
+const SHARPEST: f64 = 4.0;
+/// The flattest. A disc has p = 0, but its kernel has no smooth edge.
+const FLATTEST: f64 = 0.05;
 
-/// Kernels (1 − tⁿ)^1.5 for p from 0 to 1.5: n, the squared support radius a² that gives unit
-/// covariance, and the mean M₀ = ∫₀¹ (1 − tⁿ)^1.5 dt.
+/// Kernels by the exponent p of the kernel (1 − t)^p that has the same kurtosis, p from 0 to
+/// [`SHARPEST`] in even steps of √p: the flatness κ, the squared support radius a² that gives unit covariance, and the
+/// mean M₀ = ∫₀¹ k dt.
 pub fn profiles() -> Vec<Profile> {
+    let place = |i| i as f64 / (PROFILES - 1) as f64;
     (0..PROFILES)
-        .map(|i| profile(1.5 * i as f64 / (PROFILES - 1) as f64))
+        .map(|i| profile((SHARPEST * place(i) * place(i)).max(FLATTEST)))
         .collect()
 }
 
 fn profile(p: f64) -> Profile {
-    let n = flatness(p);
-    // With t = r²/a² the integral over the plane is π a² M₀ and the variance an axis is
-    // a²/2 · M₁/M₀, M₁ = ∫₀¹ t (1 − tⁿ)^1.5 dt.
-    let m0 = integrate(|t| (1.0 - t.powf(n)).powf(1.5));
-    let m1 = integrate(|t| t * (1.0 - t.powf(n)).powf(1.5));
+    // With t = r²/a² the kernel's integral over the plane is π a² M₀, its variance on an axis
+    // a²/2 · M₁/M₀, and its kurtosis goes with M₂M₀/M₁², which is 2(p + 2)/(p + 3) for (1 − t)^p.
+    let kurtosis = 2.0 * (p + 2.0) / (p + 3.0);
+    let (mut low, mut high) = (0.0, 1.0 - 1e-6);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        let [m0, m1, m2] = moments(middle);
+        if m2 * m0 / (m1 * m1) > kurtosis {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let flatness = if p >= SHARPEST { 0.0 } else { low };
+    let [m0, m1, _] = moments(flatness);
     Profile {
-        inner: n as f32,
+        flatness: flatness as f32,
         support: (2.0 * m0 / m1) as f32,
         mean: m0 as f32,
         unused: 0.0,
     }
 }
 
-/// Exponent n that fits a disc of light blurred by a patch best, by the share that the disc has
-/// in the covariance, as p = 8/q − 3; found by search, interpolated in logarithms.
-fn flatness(p: f64) -> f64 {
-    const FITTED: [(f64, f64); 7] = [
-        (0.05, 10.05),
-        (0.1, 6.66),
-        (0.2, 4.31),
-        (0.3, 3.29),
-        (0.5, 2.31),
-        (1.0, 1.38),
-        (1.5, 1.0),
-    ];
-    let p = p.clamp(FITTED[0].0, FITTED[6].0);
-    let i = FITTED[1..6].iter().filter(|(known, _)| *known < p).count();
-    let ((p0, n0), (p1, n1)) = (FITTED[i], FITTED[i + 1]);
-    let share = (p / p0).ln() / (p1 / p0).ln();
-    n0 * (n1 / n0).powf(share)
-}
-
-/// ∫₀¹ by the midpoint rule, good to 1e-6 here.
-fn integrate(f: impl Fn(f64) -> f64) -> f64 {
-    const STEPS: usize = 20_000;
-    (0..STEPS)
-        .map(|i| f((i as f64 + 0.5) / STEPS as f64))
-        .sum::<f64>()
-        / STEPS as f64
+/// ∫₀¹ tⁱ ((1 − t)/(1 − κt))⁴ dt, i = 0, 1, 2, by the midpoint rule, good to 1e-6 here.
+fn moments(flatness: f64) -> [f64; 3] {
+    const STEPS: usize = 4000;
+    let mut sums = [0.0; 3];
+    for step in 0..STEPS {
+        let t = (step as f64 + 0.5) / STEPS as f64;
+        let value = ((1.0 - t) / (1.0 - flatness * t)).powi(4) / STEPS as f64;
+        sums = [
+            sums[0] + value,
+            sums[1] + t * value,
+            sums[2] + t * t * value,
+        ];
+    }
+    sums
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// At n = 1 the integrals are beta functions: M₀ = 2/5, a² = 7.
+    /// (1 − t)⁴ has beta functions for moments: M₀ = 1/5, a² = 12.
     #[test]
-    fn the_family_meets_the_power_kernel() {
+    fn the_sharpest_kernel_is_a_power() {
         let last = *profiles().last().expect("64 entries");
-        assert!((last.inner - 1.0).abs() < 1e-6);
-        assert!((last.mean - 0.4).abs() < 1e-5);
-        assert!((last.support - 7.0).abs() < 1e-4);
+        assert_eq!(last.flatness, 0.0);
+        assert!((last.mean - 0.2).abs() < 1e-5, "{last:?}");
+        assert!((last.support - 12.0).abs() < 1e-3, "{last:?}");
     }
 
-    /// A disc of radius R has the variance R²/4 an axis: a² = 4 as n grows.
+    /// A disc of radius R has the variance R²/4 on an axis: a² falls toward 4.
     #[test]
     fn the_flattest_kernel_is_nearly_a_disc() {
         let first = profiles()[0];
-        assert!(first.support > 4.0 && first.support < 4.6, "{first:?}");
-        assert!(first.mean > 0.85 && first.mean < 1.0, "{first:?}");
+        assert!(first.support > 4.0 && first.support < 5.0, "{first:?}");
+        assert!(first.mean > 0.8 && first.mean < 1.0, "{first:?}");
+    }
+
+    /// Between the table's entries the interpolated kernel keeps its integral.
+    #[test]
+    fn the_table_is_fine_enough() {
+        for pair in profiles().windows(2) {
+            let mix = |f: fn(&Profile) -> f32| f64::from(0.5 * (f(&pair[0]) + f(&pair[1])));
+            let [m0, m1, _] = moments(mix(|p| p.flatness));
+            assert!((mix(|p| p.mean) / m0 - 1.0).abs() < 2e-3, "{pair:?}");
+            assert!(
+                (mix(|p| p.support) / (2.0 * m0 / m1) - 1.0).abs() < 2e-3,
+                "{pair:?}"
+            );
+        }
     }
 }

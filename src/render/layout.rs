@@ -46,19 +46,20 @@ mirrors! {
         bend2: Vec3, unused2: f32,
     }
     Footprint {
-        centre: Vec2, shape: f32, receiver: u32,
-        conic: Vec3, fold_x: f32,
-        peak: Vec3, fold_y: f32,
+        centre: Vec2, flatness: f32, receiver: u32,
+        conic: Vec3, unused0: f32,
+        peak: Vec3, unused1: f32,
+        cut: Vec3, unused2: f32,
     }
     PointSplat { irradiance: Vec3, texel: u32, }
-    Profile { inner: f32, support: f32, mean: f32, unused: f32, }
+    Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 
     SamplePush { patch_count: u32, reflector_count: u32, }
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
-        spread: f32, sharpest: f32, trace: u32,
+        spread: f32, trace: u32,
     }
-    CompactPush { pair_count: u32, receiver_count: u32, }
+    CompactPush { pair_count: u32, slots: u32, }
     SplatPush { atlas_size: Vec2, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
@@ -67,7 +68,7 @@ mirrors! {
     PointsDrawPush { atlas_size: Vec2, }
     PinholePush {
         receiver: u32, first_patch: u32, batch_patches: u32, sun_count: u32,
-        epsilon: f32, spread: f32, sharpest: f32, rotation: f32, has_environment: u32, trace: u32,
+        epsilon: f32, spread: f32, rotation: f32, has_environment: u32, trace: u32,
     }
     DirectPush { receiver: u32, sun_count: u32, has_environment: u32, rotation: f32, trace: u32, }
     ShadePush {
@@ -110,11 +111,7 @@ mod tests {
                 32,
                 &[("lower", 0), ("count", 16), ("upper", 20), ("first", 28)][..],
             ),
-            (
-                "CompactPush",
-                12,
-                &[("pair_count", 0), ("receiver_count", 4)],
-            ),
+            ("CompactPush", 12, &[("pair_count", 0), ("slots", 4)]),
             ("Nothing", 4, &[]),
         ] {
             assert_eq!(

@@ -163,15 +163,15 @@ impl Renderer {
         }
     }
 
-    /// Footprints in the light maps after [`Renderer::caustic`]; `None` for other methods or
-    /// where they came in several batches.
+    /// Patches that threw light on a receiver in the last [`Renderer::caustic`], each counted once
+    /// a sun; `None` for other methods or where they came in several batches.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
-    pub fn footprints(&self) -> Result<Option<u32>> {
+    pub fn lit_patches(&self) -> Result<Option<u32>> {
         match &self.caustic {
             Caustic::Footprint { project, .. } if project.batches.len() == 1 => {
-                Ok(Some(project.arguments.read::<u32>(5)?[4]))
+                Ok(Some(project.arguments.read::<u32>(6)?[5]))
             }
             _ => Ok(None),
         }

@@ -1,7 +1,7 @@
 //! pinhole: the paper's gather over all patches at every texel.
 
 use super::Settings;
-use super::kernel::{SHARPEST, SPREAD, profiles};
+use super::kernel::{SPREAD, profiles};
 use super::layout::PinholePush;
 use super::upload::DeviceScene;
 use crate::error::Result;
@@ -67,7 +67,6 @@ impl Pinhole {
                 sun_count: scene.sun_count,
                 epsilon: self.epsilon,
                 spread: self.spread,
-                sharpest: SHARPEST,
                 rotation: scene.rotation,
                 has_environment: u32::from(scene.has_environment),
                 trace: u32::from(scene.trace),

@@ -1,7 +1,7 @@
 //! project: the image of every light in every patch on every receiver, as a footprint; and
 //! compact: the list of those that exist, in a fixed order.
 
-use super::kernel::{SHARPEST, SPREAD, profiles};
+use super::kernel::{SPREAD, profiles};
 use super::layout::{CompactPush, Footprint, ProjectPush};
 use super::upload::DeviceScene;
 use crate::error::Result;
@@ -10,6 +10,8 @@ use std::sync::Arc;
 
 /// Workgroup size of project.comp and compact.comp.
 const GROUP: u32 = 64;
+/// Footprints that a patch may throw on a receiver: one, and its fold.
+const SLOTS: u32 = 2;
 /// Bytes that the footprints of one batch may take.
 const MOST_BYTES: u64 = 96 << 20;
 
@@ -18,7 +20,8 @@ pub struct Project {
     compact: Pipeline,
     pub footprints: Buffer,
     pub order: Buffer,
-    /// A `VkDrawIndirectCommand` over the listed footprints, and their number.
+    /// A `VkDrawIndirectCommand` over the listed footprints, their number, and that of the pairs
+    /// that have any.
     pub arguments: Buffer,
     /// (first pair, pairs): pairs are patch × sun.
     pub batches: Vec<(u32, u32)>,
@@ -33,8 +36,9 @@ impl Project {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let receiver_count = scene.tiles.len() as u32;
         let pairs = scene.patch_count * scene.sun_count;
-        let slot = size_of::<Footprint>() as u64 * u64::from(receiver_count);
-        let most = MOST_BYTES.min(context.max_storage_bytes()) / slot;
+        let slots = SLOTS * receiver_count;
+        let bytes = size_of::<Footprint>() as u64 * u64::from(slots);
+        let most = MOST_BYTES.min(context.max_storage_bytes()) / bytes;
         let batch = (most as u32 / GROUP * GROUP)
             .max(GROUP)
             .min(pairs.next_multiple_of(GROUP));
@@ -42,12 +46,15 @@ impl Project {
             .step_by(batch.max(1) as usize)
             .map(|first| (first, batch.min(pairs - first)));
 
-        let slots = u64::from(batch) * u64::from(receiver_count);
-        let footprints = Buffer::new(context, "footprints", u64::from(batch) * slot)?;
+        let footprints = Buffer::new(context, "footprints", u64::from(batch) * bytes)?;
         let counts = Buffer::new(context, "footprint counts", 4 * u64::from(batch))?;
-        let group_counts = Buffer::new(context, "group counts", 4 * u64::from(batch / GROUP))?;
-        let order = Buffer::new(context, "footprint order", 4 * slots)?;
-        let arguments = Buffer::new(context, "draw arguments", 20)?;
+        let group_counts = Buffer::new(context, "group counts", 8 * u64::from(batch / GROUP))?;
+        let order = Buffer::new(
+            context,
+            "footprint order",
+            4 * u64::from(batch) * u64::from(slots),
+        )?;
+        let arguments = Buffer::new(context, "draw arguments", 24)?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
         let project = Pipeline::compute(
             context,
@@ -96,7 +103,6 @@ impl Project {
             patch_count: self.patch_count,
             receiver_count: self.receiver_count,
             spread: SPREAD,
-            sharpest: SHARPEST,
             trace: u32::from(self.trace),
         };
         recorder.dispatch(&self.project, &push, [pair_count.div_ceil(GROUP), 1, 1]);
@@ -105,7 +111,7 @@ impl Project {
     pub fn record_compact(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
         let push = CompactPush {
             pair_count,
-            receiver_count: self.receiver_count,
+            slots: SLOTS * self.receiver_count,
         };
         recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(GROUP), 1, 1]);
     }
