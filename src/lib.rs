@@ -1,9 +1,78 @@
-//! nephroid renders caustics in real time.
+//! nephroid renders caustics: the light that a mirror throws onto other surfaces. It computes
+//! receiver irradiance in physical units on an explicit Vulkan pipeline, and checks it against an
+//! independent reference on the CPU. The method is that of Wand & Straßer (*Real-Time Caustics*,
+//! 2003), with footprints in place of their gather as the default; [`method`] has the equations.
+//!
+//! # Example
+//!
+//! The caustic on the ring's floor as a light map, 32-bit float EXR in W/m²:
+//!
+//! ```no_run
+//! use nephroid::gpu::{Context, ContextOptions};
+//! use nephroid::image_file::write_exr;
+//! use nephroid::render::{Renderer, Settings};
+//! use std::path::Path;
+//!
+//! fn main() -> nephroid::Result<()> {
+//!     let scene = nephroid::scene::load(Path::new("assets/scenes/ring.toml"))?.scene;
+//!     let floor = scene.object_index("floor").expect("the ring stands on a floor");
+//!
+//!     let context = Context::new(&ContextOptions::default())?;
+//!     let mut renderer = Renderer::new(&context, &scene, &Settings::default())?;
+//!     renderer.caustic()?;
+//!     let map = renderer.read_caustic(floor)?;
+//!     write_exr(Path::new("floor.exr"), &map, &[], "caustic irradiance, W/m^2")
+//! }
+//! ```
+//!
+//! # The tour
+//!
+//! [`scene`] reads a scene file and the meshes and images that it names into plain data: SI units,
+//! radians, f64, no Vulkan. What it returns is fit to be rendered; what is wrong with a file is an
+//! [`Error`] with file, line and remedy, and what is merely odd is a warning.
+//!
+//! [`gpu`] is a thin layer over ash: the device, buffers and images that own their memory,
+//! pipelines that read their bindings from the SPIR-V, and a recorder with named passes. All
+//! shaders are in `glsl/`, one file a stage.
+//!
+//! [`render`] is the renderer. Its module is the list of passes with every barrier. A frame of the
+//! default method runs through these stages:
+//!
+//! - *upload*, once: triangles, a bounding volume hierarchy, lights and receivers go to the device,
+//!   around an origin in the middle of the scene.
+//! - *sample*: the mirrors' triangles are cut into patches, small triangles with a normal and its
+//!   change along the edges.
+//! - *project*: each patch images each sun onto each receiver, as a footprint: a centre, a
+//!   covariance and a flux. One ray finds whether the sun is visible, one whether the receiver is.
+//! - *compact*: footprints that exist are listed in a fixed order, so that equal input gives equal
+//!   bits on the same device and driver.
+//! - *splat*: each footprint becomes a quad, and its kernel is added to the light maps by blending.
+//! - *direct*: light that reaches the receivers without a mirror.
+//! - *shade*: the camera's view. Diffuse surfaces show direct light and the light maps, mirrors show
+//!   what they reflect.
+//!
+//! The method `pinhole` replaces project, compact and splat by *gather*, the sum over all patches
+//! at every texel. The method `points` replaces them and sample by *trace points* and *splat
+//! points*. [`render::Method`] lists them.
+//!
+//! [`tone_map`] turns linear radiance into sRGB bytes, and [`image_file`] writes EXR and PNG files
+//! whole or not at all.
+//!
+//! [`mod@reference`] computes the same light maps on the CPU in f64, unbiased, with a standard error
+//! for every texel. It imports neither `gpu` nor `render`; its law of reflection is in [`optics`].
+//!
+//! [`measure`] compares images and sequences with a reference, and sums up the times of passes.
+//!
+//! [`error`] is the one public error type. The command line, `src/main.rs` and `src/cli/`, has one
+//! file a command.
 
 pub mod error;
 pub mod gpu;
 pub mod image_file;
 pub mod measure;
+pub mod method {
+    #![doc = include_str!("method.md")]
+}
 pub mod optics;
 pub mod reference;
 pub mod render;
