@@ -34,7 +34,7 @@ shared uvec2 group_count;
 // Rays are followed to this share of their length, so that the receiver itself does not block.
 const float ALMOST = 0.9999;
 // Footprints of at most this many texels are normalised over the texels that they touch.
-const float FEW_TEXELS = 64.0;
+const float FEW_TEXELS = 36.0;
 // The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);

@@ -34,7 +34,7 @@ layout(push_constant) uniform ShadePush {
 #include "lighting.glsl"
 
 const int MOST_BOUNCES = 12;
-// Rays to each sun's disc that a pixel's samples share, at least one each.
+// Rays to each sun's disc that a pixel's samples share, the same number each.
 const uint SUN_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
 
@@ -47,7 +47,7 @@ vec3 look_up(sampler2D map, Receiver receiver, vec2 texel) {
 
 vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, uint pixel_sample) {
     uint all = push.side * push.side;
-    uint rays = max(SUN_RAYS / all, 1);
+    uint rays = (SUN_RAYS + all - 1) / all;
     vec3 sum = vec3(0.0);
     for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, pixel_sample, rays, all, true);
     if (object.receiver != NO_RECEIVER) {

@@ -30,7 +30,8 @@ fn temporary_file(path: &Path) -> Result<tempfile::NamedTempFile> {
     if path.is_dir() {
         return Err(cannot_write(path, "it is a folder"));
     }
-    tempfile::NamedTempFile::new_in(folder).map_err(|e| cannot_write(path, e))
+    // The error's own text would name the temporary file.
+    tempfile::NamedTempFile::new_in(folder).map_err(|e| cannot_write(path, e.kind()))
 }
 
 fn cannot_write(path: &Path, reason: impl ToString) -> Error {

@@ -1,7 +1,7 @@
 //! `nephroid bake`: a receiver's light map.
 
 use super::gpu_options::GpuOptions;
-use super::{find_receiver, print_json};
+use super::{find_receiver, has_extension};
 use clap::{Args, ValueEnum};
 use nephroid::image_file::{RgbImage, check_writable, write_exr};
 use nephroid::{Error, Result};
@@ -39,10 +39,7 @@ enum Component {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let output = arguments.output.as_path();
-    if output
-        .extension()
-        .is_none_or(|extension| extension != "exr")
-    {
+    if !has_extension(output, "exr") {
         return Err(Error::Usage {
             reason: format!("{} is not an .exr file", output.display()),
             remedy: "end the output's name with .exr".into(),
@@ -52,19 +49,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut session = arguments.gpu.open(&arguments.scene)?;
     let (receiver, _) = find_receiver(&session.scene, arguments.receiver.as_deref())?;
     let component = arguments.component;
-    let report = arguments
-        .gpu
-        .run(&mut session, output, |renderer, _| match component {
+    let has_caustic = component != Component::Direct;
+    let gpu = &arguments.gpu;
+    let report = gpu.run(
+        &mut session,
+        output,
+        has_caustic,
+        |renderer, _| match component {
             Component::Caustic => renderer.caustic(),
             Component::Direct => renderer.direct(),
             Component::Total => renderer.caustic().and_then(|()| renderer.direct()),
-        })?;
-    let passes = serde_json::to_value(&report).expect("reports have string keys");
-    if !arguments.gpu.json {
-        report.print();
-    }
-    drop(report);
-
+        },
+    )?;
     let renderer = &session.renderer;
     let image = match component {
         Component::Caustic => renderer.read_caustic(receiver)?,
@@ -76,9 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let comment = format!("{component:?} irradiance, W/m^2").to_lowercase();
     write_exr(output, &image, &[], &comment)?;
-    if arguments.gpu.json {
-        print_json(&passes);
-    }
+    report.print(gpu.json);
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! What `render` and `bake` share: options of the renderer, profiling, reports.
 
-use super::{LightMapSize, load_scene, print};
+use super::{LightMapSize, load_scene, print, print_json};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo};
@@ -9,7 +9,7 @@ use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::Scene;
 use nephroid::{Error, Result};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -63,23 +63,28 @@ pub struct Session {
     pub context: Arc<Context>,
     pub scene: Scene,
     pub renderer: Renderer,
-    method: Method,
 }
 
 /// What every report of a rendering says.
 #[derive(Serialize)]
-pub struct Report<'a> {
-    pub file: &'a Path,
-    pub device: &'a DeviceInfo,
-    pub method: Method,
-    /// Patches or points.
-    pub samples: u32,
-    /// Patches that throw light on a receiver.
-    pub lit: Option<u32>,
+pub struct Report {
+    pub file: PathBuf,
+    pub device: DeviceInfo,
+    /// `None` without a caustic.
+    pub caustic: Option<CausticReport>,
     /// Wall time of a frame without profiling, s.
     pub frame: Spread,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub passes: Option<Vec<PassProfile>>,
+}
+
+#[derive(Serialize)]
+pub struct CausticReport {
+    pub method: Method,
+    /// Patches or points.
+    pub samples: u32,
+    /// Patches that throw light on a receiver, counted once a sun.
+    pub lit: Option<u32>,
 }
 
 impl GpuOptions {
@@ -107,30 +112,31 @@ impl GpuOptions {
             filter: !self.no_filter,
         };
         let renderer = Renderer::new(&context, &scene, &settings)?;
-        for note in renderer.notes() {
-            eprintln!("note: {note}");
-        }
         Ok(Session {
             context,
             scene,
             renderer,
-            method: self.method,
         })
     }
 
     /// Renders `frame` once, or as often as `--profile` asks for, and reports on it.
-    pub fn run<'a>(
+    pub fn run(
         &self,
-        session: &'a mut Session,
-        file: &'a Path,
+        session: &mut Session,
+        file: &Path,
+        has_caustic: bool,
         mut frame: impl FnMut(&mut Renderer, &Scene) -> Result<()>,
-    ) -> Result<Report<'a>> {
+    ) -> Result<Report> {
         let Session {
             context,
             scene,
             renderer,
-            method,
         } = session;
+        if has_caustic {
+            for note in renderer.notes() {
+                eprintln!("note: {note}");
+            }
+        }
         // The first frame pays for what drivers put off, so it is not the one that is timed.
         frame(renderer, scene)?;
         let mut times = Vec::new();
@@ -170,39 +176,46 @@ impl GpuOptions {
                 first: first.clone(),
             });
         }
-        Ok(Report {
-            file,
-            device: context.info(),
-            method: *method,
+        let caustic = CausticReport {
+            method: self.method,
             samples: renderer.samples(),
             lit: renderer.lit_patches()?,
+        };
+        Ok(Report {
+            file: file.to_owned(),
+            device: context.info().clone(),
+            caustic: has_caustic.then_some(caustic),
             frame: Spread::of(&times),
             passes,
         })
     }
 }
 
-impl Report<'_> {
-    /// Prints the report for a person.
-    pub fn print(&self) {
-        let device = self.device;
-        let method = format!("{:?}", self.method).to_lowercase();
-        let samples = if self.method == Method::Points {
-            "points"
-        } else {
-            "patches"
-        };
-        let lit = self
-            .lit
-            .map_or(String::new(), |count| format!(", {count} lit"));
-        print(&format!(
-            "{}\ndevice  {} ({})\nmethod  {method}, {} {samples}{lit}\nframe   {:.2} ms",
-            self.file.display(),
-            device.name,
-            device.driver,
-            self.samples,
-            1e3 * self.frame.median,
-        ));
+impl Report {
+    /// Prints the report, as JSON or for a person.
+    pub fn print(&self, json: bool) {
+        if json {
+            return print_json(self);
+        }
+        let device = &self.device;
+        print(&self.file.display().to_string());
+        print(&format!("device  {} ({})", device.name, device.driver));
+        if let Some(caustic) = &self.caustic {
+            let method = format!("{:?}", caustic.method).to_lowercase();
+            let unit = if caustic.method == Method::Points {
+                "points"
+            } else {
+                "patches"
+            };
+            let lit = caustic
+                .lit
+                .map_or(String::new(), |count| format!(", {count} lit"));
+            print(&format!(
+                "method  {method}, {} {unit}{lit}",
+                caustic.samples
+            ));
+        }
+        print(&format!("frame   {:.2} ms", 1e3 * self.frame.median));
         let Some(passes) = &self.passes else { return };
         print("\npass            median ms   p95 ms   share   device ms");
         let row = |name: &str, wall: &Spread, share: f64, gpu: Option<f64>| {

@@ -121,6 +121,12 @@ pub fn find_receiver(scene: &Scene, name: Option<&str>) -> Result<(usize, [u32; 
     }
 }
 
+/// Whether the file's name ends so, in letters of either case.
+pub fn has_extension(path: &Path, wanted: &str) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
+}
+
 /// Becomes true at the first Ctrl-C; the second ends the program at once. Files are replaced
 /// whole, so either leaves nothing half-written.
 pub fn cancel_on_ctrl_c() -> &'static AtomicBool {

@@ -1,6 +1,8 @@
 //! `nephroid reference`: ground truth on the CPU.
 
-use super::{LightMapSize, cancel_on_ctrl_c, find_receiver, load_scene, print, print_json};
+use super::{
+    LightMapSize, cancel_on_ctrl_c, find_receiver, has_extension, load_scene, print, print_json,
+};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use nephroid::image_file::{Layer, RgbImage, check_writable, write_exr};
@@ -58,10 +60,7 @@ struct Summary<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let output = arguments.output.as_path();
-    if output
-        .extension()
-        .is_none_or(|extension| extension != "exr")
-    {
+    if !has_extension(output, "exr") {
         return Err(Error::Usage {
             reason: format!("{} is not an .exr file", output.display()),
             remedy: "end the output's name with .exr".into(),

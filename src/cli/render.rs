@@ -1,7 +1,7 @@
 //! `nephroid render`: the camera's view.
 
 use super::gpu_options::GpuOptions;
-use super::print_json;
+use super::has_extension;
 use clap::Args;
 use nephroid::image_file::{check_writable, write_exr, write_png};
 use nephroid::{Error, Result, tone_map};
@@ -37,27 +37,19 @@ fn picture_size(text: &str) -> Result<[u32; 2], String> {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let output = arguments.output.as_path();
-    let png = match output.extension().and_then(|extension| extension.to_str()) {
-        Some("png") => true,
-        Some("exr") => false,
-        _ => {
-            return Err(Error::Usage {
-                reason: format!("{} is neither a .png nor an .exr file", output.display()),
-                remedy: "end the output's name with .png or .exr".into(),
-            });
-        }
-    };
+    let png = has_extension(output, "png");
+    if !png && !has_extension(output, "exr") {
+        return Err(Error::Usage {
+            reason: format!("{} is neither a .png nor an .exr file", output.display()),
+            remedy: "end the output's name with .png or .exr".into(),
+        });
+    }
     check_writable(output)?;
     let mut session = arguments.gpu.open(&arguments.scene)?;
-    let report = arguments.gpu.run(&mut session, output, |renderer, scene| {
+    let gpu = &arguments.gpu;
+    let report = gpu.run(&mut session, output, true, |renderer, scene| {
         renderer.view(&scene.camera, arguments.size, arguments.antialias)
     })?;
-    let summary = serde_json::to_value(&report).expect("reports have string keys");
-    if !arguments.gpu.json {
-        report.print();
-    }
-    drop(report);
-
     let view = session.renderer.read_view()?;
     if png {
         let rgb = tone_map::to_srgb(&view, session.scene.camera.exposure_ev);
@@ -65,8 +57,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     } else {
         write_exr(output, &view, &[], "radiance, W/m^2/sr")?;
     }
-    if arguments.gpu.json {
-        print_json(&summary);
-    }
+    report.print(gpu.json);
     Ok(())
 }

@@ -107,14 +107,11 @@ impl Renderer {
         let light_map = Image::new(context, "light map", device.atlas, 1, Sampling::Clamp)?;
         let direct_map = Image::new(context, "direct map", device.atlas, 1, Sampling::Clamp)?;
         let mut notes = device.notes.clone();
-        if device.reflector_count == 0 {
-            notes.push("no caustic: no mirror faces a light".into());
-        }
         if device.has_environment && settings.method != Method::Pinhole {
-            notes.push(
-                "the environment lights the scene but throws no caustic: only the method pinhole does that"
-                    .into(),
-            );
+            let note = "the environment throws no caustic: only the method pinhole does that";
+            notes.push(note.into());
+        } else if device.reflector_count == 0 {
+            notes.push("no caustic: no mirror faces a light".into());
         }
         let caustic = match settings.method {
             Method::Footprint => {
@@ -293,11 +290,12 @@ impl Renderer {
                 &self.light_map,
                 &self.direct_map,
                 size,
-                side,
             )?);
         }
         self.record_caustic()?;
-        self.record_direct(false)?;
+        if self.scene.has_environment {
+            self.record_direct(false)?;
+        }
         let Self {
             scene,
             recorder,
@@ -307,7 +305,7 @@ impl Renderer {
         let shade = shade.as_ref().expect("made above");
         recorder.pass("shade", |r| {
             r.barrier(Access::BLEND.and(Access::COMPUTE_WRITE), Access::COMPUTE);
-            shade.record(r, scene, camera);
+            shade.record(r, scene, camera, side);
         })?;
         self.recorder.submit()
     }

@@ -12,8 +12,6 @@ pub struct Shade {
     pipeline: Pipeline,
     /// Linear radiance, W/m²/sr.
     pub view: Image,
-    /// The picture has `side`² samples a pixel.
-    side: u32,
 }
 
 impl Shade {
@@ -23,7 +21,6 @@ impl Shade {
         light_map: &Image,
         direct_map: &Image,
         size: [u32; 2],
-        side: u32,
     ) -> Result<Self> {
         let view = Image::new(context, "view", size, 1, Sampling::Clamp)?;
         let pipeline = Pipeline::compute(
@@ -42,14 +39,11 @@ impl Shade {
                 ("view", Resource::Image(&view)),
             ],
         )?;
-        Ok(Self {
-            pipeline,
-            view,
-            side,
-        })
+        Ok(Self { pipeline, view })
     }
 
-    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, camera: &Camera) {
+    /// The picture of `camera` with `side`² samples a pixel.
+    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, camera: &Camera, side: u32) {
         let forward = (camera.target - camera.position).normalize();
         let right = forward.cross(DVec3::Y).normalize();
         let up = right.cross(forward);
@@ -63,7 +57,7 @@ impl Shade {
             up: (half_height * up).as_vec3(),
             rotation: scene.rotation,
             forward: forward.as_vec3(),
-            side: self.side,
+            side,
         };
         let groups = [self.view.width.div_ceil(8), self.view.height.div_ceil(8), 1];
         recorder.dispatch(&self.pipeline, &push, groups);
