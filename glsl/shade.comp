@@ -89,7 +89,10 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
             return weight * object.color / PI * diffuse_irradiance(object, origin, n, self, pixel_sample);
         }
         weight *= object.color;
-        direction = mirrored(-direction, n);
+        // Where the interpolated normal would send the ray into the surface, the flat one rules.
+        vec3 geometric = normalize(cross(triangle.edge1, triangle.edge2));
+        vec3 reflected = mirrored(-direction, n);
+        direction = dot(reflected, geometric) > 0.0 ? reflected : mirrored(-direction, geometric);
     }
     return vec3(0.0);
 }

@@ -4,14 +4,13 @@
 #include "kernel.glsl"
 
 layout(location = 0) in flat vec4 conic_and_flatness;
-layout(location = 1) in flat vec3 peak;
-layout(location = 2) in flat vec3 cut;
-layout(location = 3) in flat vec2 centre;
+layout(location = 1) in flat vec4 centre_and_cut;
+layout(location = 2) in flat vec4 peak_and_cut;
 layout(location = 0) out vec4 irradiance;
 
 void main() {
-    vec2 d = gl_FragCoord.xy - centre;
+    vec2 d = gl_FragCoord.xy - centre_and_cut.xy;
     float value = kernel_value(conic_and_flatness.w, quadratic2(conic_and_flatness.xyz, d));
-    float share = clamp(cut.z + dot(cut.xy, d), 0.0, 1.0);
-    irradiance = vec4(peak * (value * share), 0.0);
+    float share = clamp(peak_and_cut.w + dot(centre_and_cut.zw, d), 0.0, 1.0);
+    irradiance = vec4(peak_and_cut.rgb * (value * share), 0.0);
 }

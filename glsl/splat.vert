@@ -10,9 +10,8 @@ layout(push_constant) uniform SplatPush {
     vec2 atlas_size;  // texels
 } push;
 layout(location = 0) out flat vec4 conic_and_flatness;
-layout(location = 1) out flat vec3 peak;
-layout(location = 2) out flat vec3 cut;
-layout(location = 3) out flat vec2 centre;
+layout(location = 1) out flat vec4 centre_and_cut;
+layout(location = 2) out flat vec4 peak_and_cut;
 
 const vec2 CORNERS[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(-1, 1), vec2(-1, 1), vec2(1, -1), vec2(1, 1));
 
@@ -25,8 +24,7 @@ void main() {
     vec2 corner = footprint.centre + CORNERS[gl_VertexIndex % 6] * half_size;
     corner = clamp(corner, low, low + vec2(receiver.width, receiver.height));
     conic_and_flatness = vec4(c, footprint.flatness);
-    peak = footprint.peak;
-    cut = footprint.cut;
-    centre = footprint.centre;
+    centre_and_cut = vec4(footprint.centre, footprint.cut.xy);
+    peak_and_cut = vec4(footprint.peak, footprint.cut.z);
     gl_Position = vec4(corner / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);
 }
