@@ -98,11 +98,11 @@ fn the_rings_walls_are_cylinders() {
         }
         inside += usize::from(radius == 1.0);
     }
-    assert_eq!(inside, 256 * 13);
-    assert_eq!(ring.triangles.len(), 2 * 256 * (12 + 4 + 1));
+    assert_eq!(inside, 192 * 17);
+    assert_eq!(ring.triangles.len(), 2 * (192 * 16 + 128 * 8 + 192));
     let flat = |n: f64, r: f64| 2.0 * n * r * (std::f64::consts::PI / n).sin() * 0.4;
-    let rim = 0.5 * 256.0 * (TAU / 256.0).sin() * (1.03f64.powi(2) - 1.0);
-    let expected = flat(256.0, 1.0) + flat(256.0, 1.03) + rim;
+    let rim = 0.5 * 192.0 * (TAU / 192.0).sin() * (1.03f64.powi(2) - 1.0);
+    let expected = flat(192.0, 1.0) + flat(128.0, 1.03) + rim;
     assert!((area(ring) - expected).abs() < 1e-5);
     assert!((area(ring) - flat(128.0, 1.0) - flat(128.0, 1.03) - rim).abs() > 1e-5);
 }
