@@ -1,34 +1,18 @@
 //! What the command line says and returns, above all where the input is bad.
 
+mod common;
+
 use assert_cmd::Command;
+use common::{nephroid, refuses, scene_path as scene};
 use nephroid::image_file::{RgbImage, write_exr};
 use predicates::prelude::*;
 use predicates::str::contains;
 use std::path::{Path, PathBuf};
 
-fn scene(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("assets/scenes")
-        .join(name)
-}
-
-fn nephroid() -> Command {
-    Command::cargo_bin("nephroid").unwrap()
-}
-
 fn reference(scene: &Path, output: &Path) -> Command {
     let mut command = nephroid();
     command.arg("reference").arg(scene).arg("-o").arg(output);
     command
-}
-
-/// Fails with an exit code, a message that holds every part, and nothing on stdout.
-fn refuses(command: &mut Command, code: i32, parts: &[&str]) {
-    let mut assert = command.assert().code(code).stdout("");
-    for part in ["error: "].iter().chain(parts) {
-        assert = assert.stderr(contains(*part));
-    }
-    assert.stderr(contains("panicked").not());
 }
 
 #[test]

@@ -1,59 +1,18 @@
 //! The reference against closed forms. Every check is seen to fail on a perturbed twin.
 
+mod common;
+
+use common::{
+    RING_HEIGHT, dish_disc, dish_irradiance, image, load, middles, options, ridge_off_nephroid,
+    ring, solve, texel_mean,
+};
 use glam::DVec3;
-use nephroid::image_file::RgbImage;
 use nephroid::measure;
 use nephroid::reference::{Options, Reference, caustic};
-use nephroid::scene::{
-    self, EnvironmentMap, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene,
-};
+use nephroid::scene::{EnvironmentMap, Geometry, LightKind, Object, Rect, Scene};
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-fn load(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
-    scene::load(&folder.join(name)).unwrap().scene
-}
-
-fn solve(scene: &Scene, receiver: &str, texels: [u32; 2], options: &Options) -> Reference {
-    let receiver = scene.object_index(receiver).unwrap();
-    let cancel = AtomicBool::new(false);
-    caustic(scene, receiver, texels, options, &mut |_| {}, &cancel).unwrap()
-}
-
-fn options(error: f64) -> Options {
-    Options {
-        error,
-        ..Options::default()
-    }
-}
-
-fn image(reference: &Reference) -> RgbImage {
-    RgbImage {
-        width: reference.width,
-        height: reference.height,
-        pixels: (reference.irradiance.iter())
-            .map(|rgb| rgb.map(|value| value as f32))
-            .collect(),
-    }
-}
-
-/// The middles of a receiver's texels, in the order of the map.
-fn middles(scene: &Scene, receiver: &str, [width, height]: [u32; 2]) -> Vec<DVec3> {
-    let object = &scene.objects[scene.object_index(receiver).unwrap()];
-    let Geometry::Rect(rect) = &object.geometry else {
-        panic!("receivers are rects")
-    };
-    (0..width * height)
-        .map(|i| {
-            let u = (f64::from(i % width) + 0.5) / f64::from(width);
-            let v = 1.0 - (f64::from(i / width) + 0.5) / f64::from(height);
-            rect.origin + u * rect.edge_u + v * rect.edge_v
-        })
-        .collect()
-}
 
 /// Σ|E − truth| / Σ truth in red, where there is a truth.
 fn error_where<'a>(reference: &Reference, truth: impl IntoIterator<Item = &'a Option<f64>>) -> f64 {
@@ -75,18 +34,12 @@ fn dish_lights_a_screen_before_its_focus() {
     let scene = load("dish.toml");
     let texels = [64, 64];
     let reference = solve(&scene, "screen", texels, &options(0.003));
-    let truth = |focal_length: f64| -> Vec<Option<f64>> {
-        let (f, z) = (focal_length, 0.5);
-        let disc = 0.5 * (f - z) / (f - 0.25 / (4.0 * f));
+    let truth = |f: f64| -> Vec<Option<f64>> {
         (middles(&scene, "screen", texels).iter())
             .map(|p| {
                 let on_screen = p.x.hypot(p.z);
-                // The ray that arrives at r′: r′ r²/4f + (f − z) r − r′ f = 0.
-                let gap = f - z;
-                let r = 2.0 * f * ((gap * gap + on_screen * on_screen).sqrt() - gap) / on_screen;
-                let u = r * r / (4.0 * f * f);
-                let e = (1.0 - u).powi(3) / ((1.0 - z / f).powi(2) * (1.0 + u));
-                (on_screen < disc - 0.02).then_some(e)
+                let e = dish_irradiance(f, 0.5, 0.5, on_screen);
+                (on_screen < dish_disc(f, 0.5, 0.5) - 0.02).then_some(e)
             })
             .collect()
     };
@@ -200,100 +153,17 @@ fn lamp_of_an_environment_gives_the_flux_of_a_sun() {
     assert!((turned / exact - 1.0).abs() > 5e-3, "{turned} {exact}");
 }
 
-/// Mean of a function of the distance to the y axis over a square texel around `middle`.
-fn texel_mean(middle: DVec3, side: f64, value: impl Fn(f64) -> f64) -> f64 {
-    let steps = 8;
-    let offset = |i: i32| side * ((f64::from(i) + 0.5) / f64::from(steps) - 0.5);
-    let sum: f64 = (0..steps * steps)
-        .map(|i| value((middle.x + offset(i % steps)).hypot(middle.z + offset(i / steps))))
-        .sum();
-    sum / f64::from(steps * steps)
-}
-
-/// The inside of a cylinder around the y axis, from y = 0 to `height`.
-fn hollow_cylinder(radius: f64, height: f64, facets: u32) -> Mesh {
-    let mut mesh = Mesh::default();
-    for i in 0..=facets {
-        let (sine, cosine) = (TAU * f64::from(i) / f64::from(facets)).sin_cos();
-        let inward = -DVec3::new(cosine, 0.0, sine);
-        for y in [0.0, height] {
-            mesh.positions.push(y * DVec3::Y - radius * inward);
-            mesh.normals.push(inward);
-        }
-        if i < facets {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|corner| 2 * i + corner);
-            mesh.triangles.extend([[a, c, d], [a, d, b]]);
-        }
-    }
-    mesh
-}
-
-fn floor(half: f64, y: f64) -> Geometry {
-    Geometry::Rect(Rect {
-        origin: DVec3::new(-half, y, half),
-        edge_u: 2.0 * half * DVec3::X,
-        edge_v: -2.0 * half * DVec3::Z,
-    })
-}
-
-const RING_HEIGHT: f64 = 0.4;
-
-/// A ring mirror of radius 1 m over a floor, and a point of light in the direction of +x.
-fn ring(elevation: f64, blocks_light: bool) -> Scene {
-    let mut scene = load("mirror.toml");
-    scene.lights[0].kind = LightKind::Sun {
-        direction: DVec3::new(elevation.cos(), elevation.sin(), 0.0),
-        irradiance: DVec3::ONE,
-        angular_radius: 0.0,
-    };
-    scene.materials[0].kind = MaterialKind::Mirror {
-        reflectance: DVec3::ONE,
-    };
-    scene.objects[0].geometry = Geometry::Mesh(hollow_cylinder(1.0, RING_HEIGHT, 1024));
-    scene.objects[1].geometry = floor(1.0, 0.0);
-    for object in &mut scene.objects {
-        object.blocks_light = blocks_light;
-    }
-    scene
-}
-
 /// Design, section 9 (a): the envelope of parallel light in a circular mirror is the nephroid.
 #[test]
 fn ring_has_its_ridge_on_the_nephroid() {
     let scene = ring(0.61, false);
     let texels = [256, 256];
     let reference = solve(&scene, "floor", texels, &options(0.03));
-    let side = 2.0 / 256.0;
-    // Light travels to −x. The cusp is at x = −R/2, the curve opens toward the light; near the
-    // ring only light from low on it arrives, so the middle part is looked at.
-    let distance = |radius: f64| -> f64 {
-        let mut worst: f64 = 0.0;
-        for row in (40..216).filter(|row| !(118..=138).contains(row)) {
-            let z = 1.0 - (f64::from(row) + 0.5) * side;
-            let z = -z;
-            let values = &reference.irradiance[row as usize * 256..][..256];
-            let ridge = (0..256).max_by(|&a: &usize, &b| values[a][0].total_cmp(&values[b][0]));
-            let x = -1.0 + (ridge.unwrap() as f64 + 0.5) * side;
-            worst = worst.max(distance_to_nephroid(radius, x, z));
-        }
-        worst / side
-    };
-    let texels_off = distance(1.0);
+    let map = image(&reference);
+    let texels_off = ridge_off_nephroid(1.0, &map);
     assert!(texels_off < 1.0, "{texels_off}");
-    let perturbed = distance(1.03);
+    let perturbed = ridge_off_nephroid(1.03, &map);
     assert!(perturbed > 1.0, "{perturbed}");
-}
-
-/// From (x, z) to x = −R(3cos t − cos 3t)/4, z = R(3 sin t − sin 3t)/4.
-fn distance_to_nephroid(radius: f64, x: f64, z: f64) -> f64 {
-    (0..100_000)
-        .map(|i| {
-            let t = TAU * f64::from(i) / 100_000.0;
-            let on_x = -radius * (3.0 * t.cos() - (3.0 * t).cos()) / 4.0;
-            let on_z = radius * (3.0 * t.sin() - (3.0 * t).sin()) / 4.0;
-            (x - on_x).hypot(z - on_z)
-        })
-        .fold(f64::INFINITY, f64::min)
 }
 
 /// (E₁ − E₂)² / (σ₁² + σ₂²) has mean 1 over texels, if the standard errors are honest; and the L1

@@ -1,0 +1,364 @@
+//! What several tests share: scenes, references, closed forms, devices that watch themselves.
+
+#![allow(dead_code)] // every test uses a part of it
+
+use assert_cmd::Command;
+use glam::DVec3;
+use nephroid::gpu::{Context, ContextOptions};
+use nephroid::image_file::RgbImage;
+use nephroid::measure;
+use nephroid::reference::{Options, Reference, caustic};
+use nephroid::render::{Method, Renderer, Settings};
+use nephroid::scene::{self, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene};
+use predicates::prelude::*;
+use predicates::str::contains;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+pub fn scene_path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("assets/scenes")
+        .join(name)
+}
+
+/// A shipped scene.
+pub fn load(name: &str) -> Scene {
+    scene::load(&scene_path(name)).unwrap().scene
+}
+
+/// The command line.
+pub fn nephroid() -> Command {
+    Command::cargo_bin("nephroid").unwrap()
+}
+
+/// Fails with an exit code, a message that holds every part, and nothing on stdout.
+pub fn refuses(command: &mut Command, code: i32, parts: &[&str]) {
+    let mut assert = command.assert().code(code).stdout("");
+    for part in ["error: "].iter().chain(parts) {
+        assert = assert.stderr(contains(*part));
+    }
+    assert.stderr(contains("panicked").not());
+}
+
+pub fn object_mut<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Object {
+    let index = scene.object_index(name).unwrap();
+    &mut scene.objects[index]
+}
+
+pub fn rect(scene: &Scene, name: &str) -> Rect {
+    match scene.objects[scene.object_index(name).unwrap()].geometry {
+        Geometry::Rect(rect) => rect,
+        Geometry::Mesh(_) => panic!("{name} is a mesh"),
+    }
+}
+
+/// The scene with another light map on one receiver.
+pub fn with_texels(mut scene: Scene, receiver: &str, texels: [u32; 2]) -> Scene {
+    object_mut(&mut scene, receiver).light_map = Some(texels);
+    scene
+}
+
+/// The scene with `receiver` as the only one that has a light map.
+pub fn only_receiver(mut scene: Scene, receiver: &str, texels: [u32; 2]) -> Scene {
+    for object in &mut scene.objects {
+        object.light_map = (object.name == receiver).then_some(texels);
+    }
+    scene
+}
+
+/// The scene with every sun's irradiance and every environment's radiance times `factor`.
+pub fn brighter(mut scene: Scene, factor: f64) -> Scene {
+    for light in &mut scene.lights {
+        match &mut light.kind {
+            LightKind::Sun { irradiance, .. } => *irradiance *= factor,
+            LightKind::Environment { scale, .. } => *scale *= factor,
+        }
+    }
+    scene
+}
+
+/// The scene with a receiver one texel further along its edge_u.
+pub fn shifted_by_a_texel(mut scene: Scene, receiver: &str) -> Scene {
+    let object = object_mut(&mut scene, receiver);
+    let width = object.light_map.unwrap()[0];
+    if let Geometry::Rect(rect) = &mut object.geometry {
+        rect.origin += rect.edge_u / f64::from(width);
+    }
+    scene
+}
+
+/// The scene under a sun of this angular radius, degrees.
+pub fn with_sun_of(mut scene: Scene, degrees: f64) -> Scene {
+    if let LightKind::Sun { angular_radius, .. } = &mut scene.lights[0].kind {
+        *angular_radius = degrees.to_radians();
+    }
+    scene
+}
+
+/// Unit vector toward the first light, a sun.
+pub fn toward_sun(scene: &Scene) -> DVec3 {
+    match scene.lights[0].kind {
+        LightKind::Sun { direction, .. } => direction,
+        LightKind::Environment { .. } => panic!("the first light is no sun"),
+    }
+}
+
+pub fn solve(scene: &Scene, receiver: &str, texels: [u32; 2], options: &Options) -> Reference {
+    let receiver = scene.object_index(receiver).unwrap();
+    let cancel = AtomicBool::new(false);
+    caustic(scene, receiver, texels, options, &mut |_| {}, &cancel).unwrap()
+}
+
+pub fn options(error: f64) -> Options {
+    Options {
+        error,
+        ..Options::default()
+    }
+}
+
+pub fn image(reference: &Reference) -> RgbImage {
+    RgbImage {
+        width: reference.width,
+        height: reference.height,
+        pixels: (reference.irradiance.iter())
+            .map(|rgb| rgb.map(|value| value as f32))
+            .collect(),
+    }
+}
+
+/// A device under the validation layers. A missing driver or layer fails the test.
+pub fn validated_context() -> Arc<Context> {
+    let options = ContextOptions {
+        validate: true,
+        ..ContextOptions::default()
+    };
+    Context::new(&options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A device under the validation layers on which any message fails the test, at the latest when
+/// this is dropped.
+pub struct Device(pub Arc<Context>);
+
+impl Device {
+    pub fn open() -> Self {
+        Self(validated_context())
+    }
+
+    pub fn renderer(&self, scene: &Scene, settings: &Settings) -> Renderer {
+        Renderer::new(&self.0, scene, settings).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The caustic on one receiver.
+    pub fn caustic(&self, scene: &Scene, receiver: &str, settings: &Settings) -> RgbImage {
+        self.caustics(scene, &[receiver], settings).pop().unwrap()
+    }
+
+    /// The caustics on several receivers.
+    pub fn caustics(&self, scene: &Scene, names: &[&str], settings: &Settings) -> Vec<RgbImage> {
+        let mut renderer = self.renderer(scene, settings);
+        renderer.caustic().unwrap();
+        (names.iter())
+            .map(|name| renderer.read_caustic(scene.object_index(name).unwrap()))
+            .map(Result::unwrap)
+            .collect()
+    }
+
+    /// All direct light on one receiver.
+    pub fn direct(&self, scene: &Scene, receiver: &str) -> RgbImage {
+        let mut renderer = self.renderer(scene, &footprint(1));
+        renderer.direct().unwrap();
+        let receiver = scene.object_index(receiver).unwrap();
+        renderer.read_direct(receiver).unwrap()
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        let messages = self.0.validation_messages();
+        if !std::thread::panicking() {
+            assert!(messages.is_empty(), "{}", messages.join("\n"));
+        }
+    }
+}
+
+pub fn footprint(samples: u32) -> Settings {
+    method(Method::Footprint, samples)
+}
+
+pub fn method(method: Method, samples: u32) -> Settings {
+    Settings {
+        method,
+        samples,
+        ..Settings::default()
+    }
+}
+
+/// The error of what is tested stays within the bound, and the error of its perturbed twin, found
+/// in the same way, does not. Prints both, for `--nocapture`.
+pub fn assert_error(what: &str, bound: f64, error: f64, perturbed: f64) {
+    println!("{what}: {error:.6}, bound {bound}, perturbed {perturbed:.6}");
+    assert!(error <= bound, "{what}: {error} > {bound}");
+    assert!(
+        perturbed > bound,
+        "{what}: the perturbed {perturbed} passes"
+    );
+}
+
+/// Σ|A − B| / ΣB
+pub fn l1(a: &RgbImage, b: &RgbImage) -> f64 {
+    measure::compare(a, b).unwrap().l1.unwrap()
+}
+
+pub fn scaled(image: &RgbImage, factor: f32) -> RgbImage {
+    RgbImage {
+        pixels: (image.pixels.iter())
+            .map(|rgb| rgb.map(|value| factor * value))
+            .collect(),
+        ..*image
+    }
+}
+
+/// Flux in a receiver's map, RGB, W.
+pub fn flux(map: &RgbImage, rect: &Rect) -> [f64; 3] {
+    let texel = rect.area() / map.pixels.len() as f64;
+    let mut sum = [0.0; 3];
+    for rgb in &map.pixels {
+        (0..3).for_each(|c| sum[c] += texel * f64::from(rgb[c]));
+    }
+    sum
+}
+
+/// Largest |A/B − 1| of the channels.
+pub fn ratio_error(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3)
+        .map(|c| (a[c] / b[c] - 1.0).abs())
+        .fold(0.0, f64::max)
+}
+
+/// No NaN, no infinity, nothing below zero.
+pub fn assert_physical(image: &RgbImage) {
+    let physical = |rgb: &[f32; 3]| rgb.iter().all(|v| v.is_finite() && *v >= 0.0);
+    let bad = image.pixels.iter().position(|rgb| !physical(rgb));
+    assert_eq!(bad, None, "index of the first bad texel");
+}
+
+/// The middles of a receiver's texels, in the order of the map.
+pub fn middles(scene: &Scene, receiver: &str, [width, height]: [u32; 2]) -> Vec<DVec3> {
+    let rect = rect(scene, receiver);
+    (0..width * height)
+        .map(|i| {
+            let u = (f64::from(i % width) + 0.5) / f64::from(width);
+            let v = 1.0 - (f64::from(i / width) + 0.5) / f64::from(height);
+            rect.origin + u * rect.edge_u + v * rect.edge_v
+        })
+        .collect()
+}
+
+/// Mean of a function of the distance to the y axis over a square texel around `middle`.
+pub fn texel_mean(middle: DVec3, side: f64, value: impl Fn(f64) -> f64) -> f64 {
+    let steps = 8;
+    let offset = |i: i32| side * ((f64::from(i) + 0.5) / f64::from(steps) - 0.5);
+    let sum: f64 = (0..steps * steps)
+        .map(|i| value((middle.x + offset(i % steps)).hypot(middle.z + offset(i / steps))))
+        .sum();
+    sum / f64::from(steps * steps)
+}
+
+/// Design, section 9 (c): parallel light of 1 W/m² along the axis of a paraboloid of focal length
+/// f and aperture radius `aperture` gives this irradiance on a screen across the axis at z < f,
+/// at the distance `on_screen` > 0 from the axis.
+pub fn dish_irradiance(f: f64, aperture: f64, z: f64, on_screen: f64) -> f64 {
+    if on_screen > dish_disc(f, aperture, z) {
+        return 0.0;
+    }
+    // The ray that arrives at r′: r′ r²/4f + (f − z) r − r′ f = 0.
+    let gap = f - z;
+    let r = 2.0 * f * ((gap * gap + on_screen * on_screen).sqrt() - gap) / on_screen;
+    let u = r * r / (4.0 * f * f);
+    (1.0 - u).powi(3) / ((1.0 - z / f).powi(2) * (1.0 + u))
+}
+
+/// Radius of the lit disc on that screen.
+pub fn dish_disc(f: f64, aperture: f64, z: f64) -> f64 {
+    aperture * (f - z) / (f - aperture * aperture / (4.0 * f))
+}
+
+/// The inside of a cylinder around the y axis, from y = 0 to `height`.
+pub fn hollow_cylinder(radius: f64, height: f64, facets: u32) -> Mesh {
+    let mut mesh = Mesh::default();
+    for i in 0..=facets {
+        let (sine, cosine) = (TAU * f64::from(i) / f64::from(facets)).sin_cos();
+        let inward = -DVec3::new(cosine, 0.0, sine);
+        for y in [0.0, height] {
+            mesh.positions.push(y * DVec3::Y - radius * inward);
+            mesh.normals.push(inward);
+        }
+        if i < facets {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|corner| 2 * i + corner);
+            mesh.triangles.extend([[a, c, d], [a, d, b]]);
+        }
+    }
+    mesh
+}
+
+pub fn floor(half: f64, y: f64) -> Geometry {
+    Geometry::Rect(Rect {
+        origin: DVec3::new(-half, y, half),
+        edge_u: 2.0 * half * DVec3::X,
+        edge_v: -2.0 * half * DVec3::Z,
+    })
+}
+
+pub const RING_HEIGHT: f64 = 0.4;
+
+/// A ring mirror of radius 1 m over a floor, and a point of light in the direction of +x.
+pub fn ring(elevation: f64, blocks_light: bool) -> Scene {
+    let mut scene = load("mirror.toml");
+    scene.lights[0].kind = LightKind::Sun {
+        direction: DVec3::new(elevation.cos(), elevation.sin(), 0.0),
+        irradiance: DVec3::ONE,
+        angular_radius: 0.0,
+    };
+    scene.materials[0].kind = MaterialKind::Mirror {
+        reflectance: DVec3::ONE,
+    };
+    scene.objects[0].geometry = Geometry::Mesh(hollow_cylinder(1.0, RING_HEIGHT, 1024));
+    scene.objects[1].geometry = floor(1.0, 0.0);
+    for object in &mut scene.objects {
+        object.blocks_light = blocks_light;
+    }
+    scene
+}
+
+/// How far, in texels, the ridge of a 256² map of [`ring`]'s floor lies from the nephroid of a
+/// ring of this radius at most.
+///
+/// Light travels to −x. The cusp is at x = −R/2, the curve opens toward the light; near the ring
+/// only light from low on it arrives, so the middle part is looked at.
+pub fn ridge_off_nephroid(radius: f64, map: &RgbImage) -> f64 {
+    assert_eq!([map.width, map.height], [256; 2]);
+    let side = 2.0 / 256.0;
+    let mut worst: f64 = 0.0;
+    for row in (40..216).filter(|row| !(118..=138).contains(row)) {
+        let z = -(1.0 - (f64::from(row) + 0.5) * side);
+        let values = &map.pixels[row as usize * 256..][..256];
+        let ridge = (0..256).max_by(|&a: &usize, &b| values[a][0].total_cmp(&values[b][0]));
+        let x = -1.0 + (ridge.unwrap() as f64 + 0.5) * side;
+        worst = worst.max(distance_to_nephroid(radius, x, z));
+    }
+    worst / side
+}
+
+/// From (x, z) to x = −R(3cos t − cos 3t)/4, z = R(3 sin t − sin 3t)/4.
+fn distance_to_nephroid(radius: f64, x: f64, z: f64) -> f64 {
+    (0..100_000)
+        .map(|i| {
+            let t = TAU * f64::from(i) / 100_000.0;
+            let on_x = -radius * (3.0 * t.cos() - (3.0 * t).cos()) / 4.0;
+            let on_z = radius * (3.0 * t.sin() - (3.0 * t).sin()) / 4.0;
+            (x - on_x).hypot(z - on_z)
+        })
+        .fold(f64::INFINITY, f64::min)
+}
