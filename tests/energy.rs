@@ -1,0 +1,115 @@
+//! The flux in every light map of every shipped scene, against the reference's.
+
+mod common;
+
+use common::{
+    Device, assert_error, assert_physical, brighter, flux, footprint, load, method, options, rect,
+    scaled, solve,
+};
+use nephroid::render::{Method, Settings};
+use nephroid::scene::Scene;
+
+/// A mean error of a few per cent a texel is one of much less in the sum.
+const REFERENCE_ERROR: f64 = 0.01;
+const REFERENCE_WIDTH: u32 = 64;
+/// Below this share of what the best-lit receiver collects, the reference's own error counts.
+const FAINT: f64 = 1e-3;
+
+fn receivers(scene: &Scene) -> Vec<(String, [u32; 2])> {
+    (scene.receivers())
+        .map(|(index, _, texels)| (scene.objects[index].name.clone(), texels))
+        .collect()
+}
+
+/// Flux of each receiver by the reference, RGB, W.
+fn reference_flux(scene: &Scene) -> Vec<[f64; 3]> {
+    let solve = |(name, texels): &(String, [u32; 2])| {
+        let height = (REFERENCE_WIDTH * texels[1]).div_ceil(texels[0]);
+        let texels = [REFERENCE_WIDTH, height];
+        solve(scene, name, texels, &options(REFERENCE_ERROR)).received_flux
+    };
+    receivers(scene).iter().map(solve).collect()
+}
+
+/// Largest difference of a receiver's flux from the reference's, over the reference's.
+fn energy_error(device: &Device, scene: &Scene, settings: &Settings, truth: &[[f64; 3]]) -> f64 {
+    let names: Vec<String> = receivers(scene).into_iter().map(|(name, _)| name).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let brightest = truth.iter().flatten().fold(0.0, |a: f64, b| a.max(*b));
+    let mut worst: f64 = 0.0;
+    for ((name, map), truth) in (names.iter())
+        .zip(device.caustics(scene, &names, settings))
+        .zip(truth)
+    {
+        assert_physical(&map);
+        let found = flux(&map, &rect(scene, name));
+        for c in 0..3 {
+            let error = (found[c] - truth[c]).abs() / truth[c].max(FAINT * brightest);
+            println!(
+                "    {name}: {} W, reference {} W, {error:.6}",
+                found[c], truth[c]
+            );
+            worst = worst.max(error);
+        }
+    }
+    worst
+}
+
+fn keeps_the_energy(name: &str) {
+    let device = Device::open();
+    let scene = load(name);
+    let truth = reference_flux(&scene);
+    let error = energy_error(&device, &scene, &footprint(16_384), &truth);
+    let bright = brighter(scene.clone(), 1.01);
+    let perturbed = energy_error(&device, &bright, &footprint(16_384), &truth);
+    let what = format!("{name}, energy of footprints");
+    assert_error(&what, 0.003, error, perturbed);
+
+    let points = method(Method::Points, 4_000_000);
+    let error = energy_error(&device, &scene, &points, &truth);
+    // Brighter points are the same ones; the truth is moved instead.
+    let wrong: Vec<_> = truth.iter().map(|rgb| rgb.map(|w| 1.01 * w)).collect();
+    let perturbed = energy_error(&device, &scene, &method(Method::Points, 250_000), &wrong);
+    let what = format!("{name}, energy of points");
+    assert_error(&what, 0.005, error, perturbed);
+}
+
+#[test]
+fn ring() {
+    keeps_the_energy("ring.toml");
+}
+
+#[test]
+fn dish() {
+    keeps_the_energy("dish.toml");
+}
+
+#[test]
+fn mirror() {
+    keeps_the_energy("mirror.toml");
+}
+
+#[test]
+fn corner() {
+    keeps_the_energy("corner.toml");
+}
+
+#[test]
+fn blocker() {
+    keeps_the_energy("blocker.toml");
+}
+
+#[test]
+fn ball_by_pinhole() {
+    let device = Device::open();
+    let scene = load("ball.toml");
+    let floor = rect(&scene, "floor");
+    let truth = solve(&scene, "floor", [64, 64], &options(REFERENCE_ERROR)).received_flux;
+    let settings = Settings {
+        epsilon: 0.0,
+        ..method(Method::Pinhole, 1)
+    };
+    let map = device.caustic(&scene, "floor", &settings);
+    let error = |factor| common::ratio_error(flux(&scaled(&map, factor), &floor), truth);
+    assert_error("ball, energy by pinhole", 0.005, error(1.0), error(1.01));
+}

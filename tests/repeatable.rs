@@ -1,0 +1,56 @@
+//! The same scene gives the same bits, every time.
+
+mod common;
+
+use common::{Device, brighter, load, method, with_texels};
+use nephroid::image_file::RgbImage;
+use nephroid::render::{Method, Settings};
+use nephroid::scene::Scene;
+
+fn bits(image: &RgbImage) -> Vec<u32> {
+    let values = image.pixels.as_flattened();
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// Bits of every light map and of the view, twice in the same renderer.
+fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
+    let device = Device::open();
+    let mut renderer = device.renderer(scene, settings);
+    let mut frame = || {
+        renderer.view(&scene.camera, [32, 18], 1).unwrap();
+        let mut images = vec![bits(&renderer.read_view().unwrap())];
+        for (receiver, _, _) in scene.receivers() {
+            images.push(bits(&renderer.read_caustic(receiver).unwrap()));
+        }
+        images
+    };
+    let (one, two) = (frame(), frame());
+    assert!(one == two, "two frames of a renderer differ");
+    assert!(one[1].iter().any(|bits| *bits != 0), "the floor is dark");
+    one
+}
+
+fn same_bits(name: &str, method_: Method, samples: u32) {
+    let texels = [32, 32];
+    let scene = with_texels(load(name), "floor", texels);
+    let settings = method(method_, samples);
+    let one = render(&scene, &settings);
+    assert!(one == render(&scene, &settings), "two devices differ");
+    let changed = brighter(scene, 1.000_01);
+    assert!(one != render(&changed, &settings), "a change is not seen");
+}
+
+#[test]
+fn footprint() {
+    same_bits("ring.toml", Method::Footprint, 16_384);
+}
+
+#[test]
+fn points() {
+    same_bits("ring.toml", Method::Points, 200_000);
+}
+
+#[test]
+fn pinhole() {
+    same_bits("ball.toml", Method::Pinhole, 1);
+}
