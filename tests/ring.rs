@@ -92,21 +92,6 @@ fn points_converge() {
     );
 }
 
-/// 2.2 % at 4 M, 1.0 % at 16 M.
-#[test]
-#[should_panic(expected = "ring, 4 M points, L1")]
-fn known_issue_four_million_points_miss_one_and_a_half_percent() {
-    let map = points(4_000_000);
-    assert_physical(map);
-    let error = |map| l1(map, reference(SUN));
-    assert_error(
-        "ring, 4 M points, L1",
-        0.015,
-        error(map),
-        error(&scaled(map, 1.05)),
-    );
-}
-
 /// The envelope of parallel light in a circular mirror is the nephroid.
 #[test]
 fn ridge_is_on_the_nephroid() {
