@@ -4,8 +4,8 @@ mod common;
 
 use common::{
     Device, assert_error, assert_physical, brighter, footprint, image, l1, load, method,
-    only_receiver, options, ridge_off_nephroid, ring, scaled, shifted_by_a_texel, solve,
-    with_sun_of, with_texels,
+    only_receiver, options, ridge_off_nephroid, ring, shifted_by_a_texel, solve, with_sun_of,
+    with_texels,
 };
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
