@@ -15,7 +15,6 @@ layout(push_constant) uniform DirectPush {
     uint sun_count;      // 0 leaves the suns out
     uint has_environment;
     float rotation;
-    uint trace;
 } push;
 
 #include "trace.glsl"
@@ -44,12 +43,12 @@ void main() {
         // 7 i mod 16 spreads neighbouring points over the disc.
         uint ray = 7 * i % (SIDE * SIDE);
         for (uint sun = 0; sun < push.sun_count; sun++) {
-            sum += direct_sun(sun, x, n, NO_TRIANGLE, ray, 1, SIDE * SIDE, push.trace != 0) / float(SIDE * SIDE);
+            sum += direct_sun(sun, x, n, NO_TRIANGLE, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
         }
     }
     if (push.has_environment != 0) {
         vec3 x = from_texels(receiver, vec2(place) + 0.5) + lift * n;
-        sum += direct_environment(x, n, NO_TRIANGLE, ENVIRONMENT_RAYS, push.rotation, push.trace != 0);
+        sum += direct_environment(x, n, NO_TRIANGLE, ENVIRONMENT_RAYS, push.rotation);
     }
     imageStore(direct_map, ivec2(place), vec4(sum, 0.0));
 }

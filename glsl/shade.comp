@@ -49,14 +49,14 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, uint pixel_sam
     uint all = push.side * push.side;
     uint rays = (SUN_RAYS + all - 1) / all;
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, pixel_sample, rays, all, true);
+    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, pixel_sample, rays, all);
     if (object.receiver != NO_RECEIVER) {
         Receiver receiver = receivers[object.receiver];
         vec2 texel = to_texels(receiver, x);
         sum += look_up(light_map, receiver, texel);
         if (push.has_environment != 0) sum += look_up(direct_map, receiver, texel);
     } else if (push.has_environment != 0) {
-        sum += direct_environment(x, n, self, ENVIRONMENT_RAYS, push.rotation, true);
+        sum += direct_environment(x, n, self, ENVIRONMENT_RAYS, push.rotation);
     }
     return sum;
 }

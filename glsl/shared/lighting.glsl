@@ -3,19 +3,19 @@
 
 // Irradiance from sun number `index` by `rays` rays over its disc, for sample number `part` of
 // `parts` that together cover it.
-vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uint parts, bool trace) {
+vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uint parts) {
     Sun sun = suns[index];
     float lit = 0.0;
     for (uint i = 0; i < rays; i++) {
         vec3 s = sun_direction(sun.direction, sun.angular_radius, disc_point(part + i * parts, rays * parts));
         float cosine = dot(n, s);
-        if (cosine > 0.0 && !(trace && occluded(x, s, 1.0 / 0.0, self))) lit += cosine / float(rays);
+        if (cosine > 0.0 && !occluded(x, s, 1.0 / 0.0, self)) lit += cosine / float(rays);
     }
     return sun.irradiance * lit;
 }
 
 // Irradiance from the environment by `samples` cosine-weighted rays.
-vec3 direct_environment(vec3 x, vec3 n, uint self, uint samples, float rotation, bool trace) {
+vec3 direct_environment(vec3 x, vec3 n, uint self, uint samples, float rotation) {
     vec3 a, b;
     basis(n, a, b);
     vec3 sum = vec3(0.0);
@@ -23,7 +23,7 @@ vec3 direct_environment(vec3 x, vec3 n, uint self, uint samples, float rotation,
         vec2 p = disc_point(i, samples);
         float cosine = sqrt(max(1.0 - dot(p, p), 0.0));
         vec3 direction = p.x * a + p.y * b + cosine * n;
-        if (trace && occluded(x, direction, 1.0 / 0.0, self)) continue;
+        if (occluded(x, direction, 1.0 / 0.0, self)) continue;
         // A ray stands for the solid angle pi / (samples cosine).
         float level = environment_level(sqrt(PI / (float(samples) * max(cosine, 0.1))));
         sum += environment_radiance(direction, rotation, level);

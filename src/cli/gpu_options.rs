@@ -176,15 +176,19 @@ impl GpuOptions {
                 first: first.clone(),
             });
         }
-        let caustic = CausticReport {
-            method: self.method,
-            samples: renderer.samples(),
-            lit: renderer.lit_patches()?,
+        let caustic = if has_caustic {
+            Some(CausticReport {
+                method: self.method,
+                samples: renderer.samples(),
+                lit: renderer.lit_patches()?,
+            })
+        } else {
+            None
         };
         Ok(Report {
             file: file.to_owned(),
             device: context.info().clone(),
-            caustic: has_caustic.then_some(caustic),
+            caustic,
             frame: Spread::of(&times),
             passes,
         })

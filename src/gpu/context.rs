@@ -44,7 +44,6 @@ pub struct Context {
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
     instance: ash::Instance,
-    physical: vk::PhysicalDevice,
     _entry: ash::Entry,
 }
 
@@ -119,7 +118,6 @@ impl Context {
             messenger,
             messages,
             instance,
-            physical,
             _entry: entry,
         }))
     }
@@ -146,17 +144,6 @@ impl Context {
 
     pub(super) fn cache_uuid(&self) -> [u8; vk::UUID_SIZE] {
         self.properties.pipeline_cache_uuid
-    }
-
-    /// Whether linear filtering works on `format`.
-    pub fn filters_linearly(&self, format: vk::Format) -> bool {
-        // SAFETY: a valid physical device.
-        let properties = unsafe {
-            self.instance
-                .get_physical_device_format_properties(self.physical, format)
-        };
-        (properties.optimal_tiling_features)
-            .contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
     }
 
     /// Names a Vulkan object for the layers and for debuggers.

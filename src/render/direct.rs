@@ -36,7 +36,6 @@ impl Direct {
                 sun_count: if with_suns { scene.sun_count } else { 0 },
                 has_environment: u32::from(scene.has_environment),
                 rotation: scene.rotation,
-                trace: 1,
             };
             recorder.dispatch(
                 &self.pipeline,

@@ -70,7 +70,7 @@ mirrors! {
         receiver: u32, first_patch: u32, batch_patches: u32, sun_count: u32,
         epsilon: f32, spread: f32, rotation: f32, has_environment: u32, trace: u32,
     }
-    DirectPush { receiver: u32, sun_count: u32, has_environment: u32, rotation: f32, trace: u32, }
+    DirectPush { receiver: u32, sun_count: u32, has_environment: u32, rotation: f32, }
     ShadePush {
         eye: Vec3, sun_count: u32,
         right: Vec3, has_environment: u32,
