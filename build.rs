@@ -167,14 +167,11 @@ fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layo
                     DescriptorType::CombinedImageSampler() => "SampledImage",
                     other => panic!("{file}: no support for the descriptor type {other:?}"),
                 };
-                let first_member = match ty {
-                    Type::Struct(block) => block.members[0].name.clone(),
+                let last_member = match ty {
+                    Type::Struct(block) => block.members.last().and_then(|m| m.name.clone()),
                     _ => None,
                 };
-                let name = name
-                    .clone()
-                    .filter(|name| !name.is_empty())
-                    .or(first_member);
+                let name = name.clone().filter(|name| !name.is_empty()).or(last_member);
                 let name = name.unwrap_or_else(|| panic!("{file}: a binding without a name"));
                 bindings.push((desc_bind.bind(), name, kind));
                 note_structs(ty, layouts);

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 2) readonly buffer Suns { Sun suns[]; };
 layout(std430, binding = 3) readonly buffer Receivers { Receiver receivers[]; };
 layout(binding = 4) uniform sampler2D environment;

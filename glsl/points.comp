@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
-layout(std430, binding = 2) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
 layout(std430, binding = 4) readonly buffer Suns { Sun suns[]; };
 layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };

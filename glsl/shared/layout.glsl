@@ -20,13 +20,21 @@ struct Normals {
     vec3 n2; float unused2;
 };
 
-// Node of the bounding volume hierarchy: an inner node (count 0) has its children at first and
-// first + 1, a leaf its triangles from first on.
-struct Node {
+// The scene's bounds: a position is (x - lower) * scale steps from their corner.
+struct Grid {
     vec3 lower;
-    uint count;
-    vec3 upper;
-    uint first;
+    float unused0;
+    vec3 scale;
+    float unused1;
+};
+
+// Inner node of the bounding volume hierarchy with the boxes of its children: lower | upper << 16
+// by axis, in steps of the grid. A link is the index of a node, or first triangle | count << 28.
+struct Node {
+    uvec3 left;
+    uint left_link;
+    uvec3 right;
+    uint right_link;
 };
 
 const uint DIFFUSE = 0;

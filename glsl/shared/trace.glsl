@@ -1,7 +1,9 @@
 // Rays against the bounding volume hierarchy of the whole scene.
-// The including shader declares the buffers `nodes` and `triangles`.
+// The including shader declares the buffers `grid`, `nodes` and `triangles`.
 
 const int STACK = 48;
+const uint COUNT_SHIFT = 28;
+const uint FIRST_MASK = (1u << COUNT_SHIFT) - 1u;
 const uint NO_TRIANGLE = 0xffffffffu;
 
 struct Hit {
@@ -16,10 +18,10 @@ vec3 safe_inverse(vec3 d) {
     return 1.0 / mix(d, tiny, lessThan(abs(d), tiny));
 }
 
-// Distance at which a ray enters a node, or infinity.
-float enter(Node node, vec3 origin, vec3 inverse, float limit) {
-    vec3 a = (node.lower - origin) * inverse;
-    vec3 b = (node.upper - origin) * inverse;
+// Distance at which a ray, in steps of the grid, enters a child's box, or infinity.
+float enter(uvec3 box, vec3 origin, vec3 inverse, float limit) {
+    vec3 a = (vec3(box & 0xffffu) - origin) * inverse;
+    vec3 b = (vec3(box >> 16) - origin) * inverse;
     vec3 near = min(a, b);
     vec3 far = max(a, b);
     float t0 = max(max(near.x, near.y), max(near.z, 0.0));
@@ -43,15 +45,16 @@ bool intersect(Triangle triangle, vec3 origin, vec3 direction, float limit, out 
 // Whether a surface that casts shadows lies between origin and origin + limit * direction.
 // The triangle `self`, where the ray starts, does not count.
 bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
-    vec3 inverse = safe_inverse(direction);
+    vec3 start = (origin - grid.lower) * grid.scale;
+    vec3 inverse = safe_inverse(direction * grid.scale);
     uint stack[STACK];
     int top = 0;
-    uint index = 0;
-    if (isinf(enter(nodes[0], origin, inverse, limit))) return false;
+    uint link = 0;
     for (;;) {
-        Node node = nodes[index];
-        if (node.count > 0) {
-            for (uint i = node.first; i < node.first + node.count; i++) {
+        uint count = link >> COUNT_SHIFT;
+        if (count > 0) {
+            uint first = link & FIRST_MASK;
+            for (uint i = first; i < first + count; i++) {
                 float t;
                 vec2 uv;
                 Triangle triangle = triangles[i];
@@ -60,31 +63,33 @@ bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
                 }
             }
         } else {
-            bool left = !isinf(enter(nodes[node.first], origin, inverse, limit));
-            bool right = !isinf(enter(nodes[node.first + 1], origin, inverse, limit));
+            Node node = nodes[link];
+            bool left = !isinf(enter(node.left, start, inverse, limit));
+            bool right = !isinf(enter(node.right, start, inverse, limit));
             if (left || right) {
-                if (left && right && top < STACK) stack[top++] = node.first + 1;
-                index = left ? node.first : node.first + 1;
+                if (left && right && top < STACK) stack[top++] = node.right_link;
+                link = left ? node.left_link : node.right_link;
                 continue;
             }
         }
         if (top == 0) return false;
-        index = stack[--top];
+        link = stack[--top];
     }
 }
 
 // The nearest surface along a ray.
 Hit nearest(vec3 origin, vec3 direction, uint self) {
     Hit hit = Hit(1.0 / 0.0, NO_TRIANGLE, vec2(0.0));
-    vec3 inverse = safe_inverse(direction);
+    vec3 start = (origin - grid.lower) * grid.scale;
+    vec3 inverse = safe_inverse(direction * grid.scale);
     uint stack[STACK];
     int top = 0;
-    uint index = 0;
-    if (isinf(enter(nodes[0], origin, inverse, hit.distance))) return hit;
+    uint link = 0;
     for (;;) {
-        Node node = nodes[index];
-        if (node.count > 0) {
-            for (uint i = node.first; i < node.first + node.count; i++) {
+        uint count = link >> COUNT_SHIFT;
+        if (count > 0) {
+            uint first = link & FIRST_MASK;
+            for (uint i = first; i < first + count; i++) {
                 float t;
                 vec2 uv;
                 if (i != self && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
@@ -92,16 +97,17 @@ Hit nearest(vec3 origin, vec3 direction, uint self) {
                 }
             }
         } else {
-            float left = enter(nodes[node.first], origin, inverse, hit.distance);
-            float right = enter(nodes[node.first + 1], origin, inverse, hit.distance);
-            uint closer = left <= right ? node.first : node.first + 1;
+            Node node = nodes[link];
+            float left = enter(node.left, start, inverse, hit.distance);
+            float right = enter(node.right, start, inverse, hit.distance);
+            bool left_first = left <= right;
             if (!isinf(min(left, right))) {
-                if (!isinf(max(left, right)) && top < STACK) stack[top++] = closer == node.first ? node.first + 1 : node.first;
-                index = closer;
+                if (!isinf(max(left, right)) && top < STACK) stack[top++] = left_first ? node.right_link : node.left_link;
+                link = left_first ? node.left_link : node.right_link;
                 continue;
             }
         }
         if (top == 0) return hit;
-        index = stack[--top];
+        link = stack[--top];
     }
 }

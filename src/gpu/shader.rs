@@ -15,7 +15,7 @@ pub struct Shader {
 /// One binding of a shader.
 pub struct Binding {
     pub index: u32,
-    /// Name of the image, or of the first member of the buffer.
+    /// Name of the image, or of the last member of the buffer, its array.
     pub name: &'static str,
     pub kind: BindingKind,
 }

@@ -2,7 +2,7 @@
 //! the SPIR-V's. See there for meanings and units.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec3};
+use glam::{UVec3, Vec2, Vec3};
 
 /// Declares `#[repr(C)]` structs and the list of their offsets.
 macro_rules! mirrors {
@@ -27,7 +27,8 @@ macro_rules! mirrors {
 mirrors! {
     Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, unused: f32, }
     Normals { n0: Vec3, unused0: f32, n1: Vec3, unused1: f32, n2: Vec3, unused2: f32, }
-    Node { lower: Vec3, count: u32, upper: Vec3, first: u32, }
+    Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
+    Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
     Object { color: Vec3, kind: u32, receiver: i32, unused0: u32, unused1: u32, unused2: u32, }
     Sun { direction: Vec3, angular_radius: f32, irradiance: Vec3, unused: f32, }
     Receiver {
@@ -109,7 +110,12 @@ mod tests {
             (
                 "Node",
                 32,
-                &[("lower", 0), ("count", 16), ("upper", 20), ("first", 28)][..],
+                &[
+                    ("left", 0),
+                    ("left_link", 16),
+                    ("right", 20),
+                    ("right_link", 28),
+                ][..],
             ),
             ("CompactPush", 12, &[("pair_count", 0), ("slots", 4)]),
             ("Nothing", 4, &[]),

@@ -8,6 +8,7 @@
 //! view shows (shade). `pinhole` gathers over the patches instead, as the paper does; `points`
 //! replaces patches and footprints by points and single texels.
 
+mod bvh;
 mod direct;
 mod kernel;
 mod layout;

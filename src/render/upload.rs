@@ -4,17 +4,15 @@
 //! the triangles go into the order of the leaves of a bounding volume hierarchy.
 
 use super::Settings;
+use super::bvh::Bvh;
 use super::layout::{self, DIFFUSE, MIRROR, NO_RECEIVER};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Sampling};
 use crate::scene::{EnvironmentMap, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
-use glam::{DVec3, UVec2, Vec3};
-use obvhs::{
-    BvhBuildParams, bvh2::builder::build_bvh2_from_tris, triangle::Triangle as BvhTriangle,
-};
+use glam::{DVec3, UVec2};
+use obvhs::triangle::Triangle as BvhTriangle;
 use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::Duration;
 
 /// A receiver's part of the light-map atlas.
 #[derive(Debug, Clone, Copy)]
@@ -51,9 +49,6 @@ pub struct DeviceScene {
     /// What was left out and why, for the user.
     pub notes: Vec<String>,
 }
-
-/// Deepest hierarchy that `STACK` of trace.glsl can walk.
-const MAX_DEPTH: usize = 48;
 
 impl DeviceScene {
     /// Uploads `scene`.
@@ -172,7 +167,8 @@ fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
 struct Soup {
     triangles: Vec<layout::Triangle>,
     normals: Vec<layout::Normals>,
-    nodes: Vec<layout::Node>,
+    /// A grid and its nodes, as the shaders' buffer has them.
+    nodes: Vec<u8>,
 }
 
 impl Soup {
@@ -206,54 +202,18 @@ impl Soup {
                 });
             }
         }
-        let mut bvh = build_bvh2_from_tris(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
-        if depth(&bvh.nodes) > MAX_DEPTH {
-            // Degenerate input, such as thousands of triangles in one place; the plainest
-            // builder gives balanced trees there.
-            bvh = build_bvh2_from_tris(
-                &boxes,
-                BvhBuildParams::fastest_build(),
-                &mut Duration::default(),
-            );
-        }
-        let nodes = bvh
-            .nodes
-            .iter()
-            .map(|node| layout::Node {
-                lower: Vec3::from(node.aabb().min),
-                count: node.prim_count,
-                upper: Vec3::from(node.aabb().max),
-                first: node.first_index,
-            })
-            .collect();
-        let order = &bvh.primitive_indices;
+        let bvh = Bvh::new(&boxes);
+        let order = |i: &u32| *i as usize;
         Self {
-            triangles: order.iter().map(|&i| triangles[i as usize]).collect(),
-            normals: order.iter().map(|&i| normals[i as usize]).collect(),
-            nodes,
+            triangles: bvh.order.iter().map(|i| triangles[order(i)]).collect(),
+            normals: bvh.order.iter().map(|i| normals[order(i)]).collect(),
+            nodes: [
+                bytemuck::bytes_of(&bvh.grid),
+                bytemuck::cast_slice(&bvh.nodes),
+            ]
+            .concat(),
         }
     }
-}
-
-/// Levels of a hierarchy.
-fn depth(nodes: &[obvhs::bvh2::node::Bvh2Node]) -> usize {
-    let mut deepest = 0;
-    let mut open = vec![(0u32, 1usize)];
-    while let Some((index, level)) = open.pop() {
-        deepest = deepest.max(level);
-        let node = &nodes[index as usize];
-        if !node.is_leaf() {
-            open.extend([
-                (node.first_index, level + 1),
-                (node.first_index + 1, level + 1),
-            ]);
-        }
-    }
-    deepest
 }
 
 /// Places the receivers' light maps in columns.
