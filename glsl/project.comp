@@ -83,8 +83,8 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     vec2 half_size = sqrt(vec2(kernel.conic.z, kernel.conic.x) / determinant2(kernel.conic));
     vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
     vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
-    vec2 low = max(floor(centre - half_size), tile_low);
-    vec2 high = min(ceil(centre + half_size), tile_high);
+    vec2 low = clamp(centre - half_size, tile_low, tile_high);
+    vec2 high = clamp(centre + half_size, tile_low, tile_high);
     if (!(all(lessThan(low, high)) && determinant2(kernel.conic) > 0.0)) return 0;
 
     // Visibility from the patch to the point of the receiver that is nearest to the centre.
@@ -133,10 +133,12 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         }
         if (sum > 0.0) peak /= sum * kernel.peak;
     }
-    footprints_[0] = Footprint(centre, kernel.flatness, index, kernel.conic, 0.0, peak, 0.0, cut, 0.0);
+    footprints_[0] = Footprint(centre, kernel.flatness, 0.0, kernel.conic, 0.0, peak, 0.0, cut, 0.0, low, high);
     footprints_[1] = footprints_[0];
     footprints_[1].centre += shift;
     footprints_[1].cut = mirrored_cut;
+    footprints_[1].lower = clamp(centre + shift - half_size, tile_low, tile_high);
+    footprints_[1].upper = clamp(centre + shift + half_size, tile_low, tile_high);
     return folded ? 2 : 1;
 }
 

@@ -5,7 +5,6 @@
 
 layout(std430, binding = 0) readonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 1) readonly buffer Order { uint order[]; };
-layout(std430, binding = 2) readonly buffer Receivers { Receiver receivers[]; };
 layout(push_constant) uniform SplatPush {
     vec2 atlas_size;  // texels
 } push;
@@ -13,17 +12,12 @@ layout(location = 0) out flat vec4 conic_and_flatness;
 layout(location = 1) out flat vec4 centre_and_cut;
 layout(location = 2) out flat vec4 peak_and_cut;
 
-const vec2 CORNERS[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(-1, 1), vec2(-1, 1), vec2(1, -1), vec2(1, 1));
+const vec2 CORNERS[6] = vec2[](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
 
 void main() {
     Footprint footprint = footprints[order[gl_VertexIndex / 6]];
-    Receiver receiver = receivers[footprint.receiver];
-    vec3 c = footprint.conic;
-    vec2 half_size = sqrt(vec2(c.z, c.x) / (c.x * c.z - c.y * c.y));
-    vec2 low = vec2(receiver.tile_x, receiver.tile_y);
-    vec2 corner = footprint.centre + CORNERS[gl_VertexIndex % 6] * half_size;
-    corner = clamp(corner, low, low + vec2(receiver.width, receiver.height));
-    conic_and_flatness = vec4(c, footprint.flatness);
+    vec2 corner = mix(footprint.lower, footprint.upper, CORNERS[gl_VertexIndex % 6]);
+    conic_and_flatness = vec4(footprint.conic, footprint.flatness);
     centre_and_cut = vec4(footprint.centre, footprint.cut.xy);
     peak_and_cut = vec4(footprint.peak, footprint.cut.z);
     gl_Position = vec4(corner / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);

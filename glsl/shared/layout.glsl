@@ -98,13 +98,15 @@ struct Patch {
 struct Footprint {
     vec2 centre;
     float flatness;  // of the kernel
-    uint receiver;
-    vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
     float unused0;
-    vec3 peak;       // W/m^2
+    vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
     float unused1;
-    vec3 cut;        // the share of a texel that lies before the patch's plane
+    vec3 peak;       // W/m^2
     float unused2;
+    vec3 cut;        // the share of a texel that lies before the patch's plane
+    float unused3;
+    vec2 lower;      // corners of what it covers in the atlas
+    vec2 upper;
 };
 
 // A point's flux over its texel's area.

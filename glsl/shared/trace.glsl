@@ -4,6 +4,7 @@
 const int STACK = 48;
 const uint COUNT_SHIFT = 28;
 const uint FIRST_MASK = (1u << COUNT_SHIFT) - 1u;
+const uint NO_LINK = 0xffffffffu;
 const uint NO_TRIANGLE = 0xffffffffu;
 
 struct Hit {
@@ -44,35 +45,31 @@ bool intersect(Triangle triangle, vec3 origin, vec3 direction, float limit, out 
 
 // Whether a surface that casts shadows lies between origin and origin + limit * direction.
 // The triangle `self`, where the ray starts, does not count.
+// Rays that run side by side walk down together and test their leaves together (Aila & Laine 2009).
 bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
     vec3 start = (origin - grid.lower) * grid.scale;
     vec3 inverse = safe_inverse(direction * grid.scale);
     uint stack[STACK];
-    int top = 0;
+    stack[0] = NO_LINK;
+    int top = 1;
     uint link = 0;
     for (;;) {
-        uint count = link >> COUNT_SHIFT;
-        if (count > 0) {
-            uint first = link & FIRST_MASK;
-            for (uint i = first; i < first + count; i++) {
-                float t;
-                vec2 uv;
-                Triangle triangle = triangles[i];
-                if (triangle.blocks != 0 && i != self && intersect(triangle, origin, direction, limit, t, uv)) {
-                    return true;
-                }
-            }
-        } else {
+        while (link <= FIRST_MASK) {
             Node node = nodes[link];
             bool left = !isinf(enter(node.left, start, inverse, limit));
             bool right = !isinf(enter(node.right, start, inverse, limit));
-            if (left || right) {
-                if (left && right && top < STACK) stack[top++] = node.right_link;
-                link = left ? node.left_link : node.right_link;
-                continue;
-            }
+            if (left && right && top < STACK) stack[top++] = node.right_link;
+            link = left ? node.left_link : right ? node.right_link : stack[--top];
         }
-        if (top == 0) return false;
+        if (link == NO_LINK) return false;
+        uint first = link & FIRST_MASK;
+        uint end = first + (link >> COUNT_SHIFT);
+        for (uint i = first; i < end; i++) {
+            float t;
+            vec2 uv;
+            Triangle triangle = triangles[i];
+            if (i != self && triangle.blocks != 0 && intersect(triangle, origin, direction, limit, t, uv)) return true;
+        }
         link = stack[--top];
     }
 }
@@ -83,31 +80,29 @@ Hit nearest(vec3 origin, vec3 direction, uint self) {
     vec3 start = (origin - grid.lower) * grid.scale;
     vec3 inverse = safe_inverse(direction * grid.scale);
     uint stack[STACK];
-    int top = 0;
+    stack[0] = NO_LINK;
+    int top = 1;
     uint link = 0;
     for (;;) {
-        uint count = link >> COUNT_SHIFT;
-        if (count > 0) {
-            uint first = link & FIRST_MASK;
-            for (uint i = first; i < first + count; i++) {
-                float t;
-                vec2 uv;
-                if (i != self && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
-                    hit = Hit(t, i, uv);
-                }
-            }
-        } else {
+        while (link <= FIRST_MASK) {
             Node node = nodes[link];
             float left = enter(node.left, start, inverse, hit.distance);
             float right = enter(node.right, start, inverse, hit.distance);
             bool left_first = left <= right;
-            if (!isinf(min(left, right))) {
-                if (!isinf(max(left, right)) && top < STACK) stack[top++] = left_first ? node.right_link : node.left_link;
-                link = left_first ? node.left_link : node.right_link;
-                continue;
+            if (!isinf(max(left, right)) && top < STACK) stack[top++] = left_first ? node.right_link : node.left_link;
+            if (isinf(min(left, right))) link = stack[--top];
+            else link = left_first ? node.left_link : node.right_link;
+        }
+        if (link == NO_LINK) return hit;
+        uint first = link & FIRST_MASK;
+        uint end = first + (link >> COUNT_SHIFT);
+        for (uint i = first; i < end; i++) {
+            float t;
+            vec2 uv;
+            if (i != self && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
+                hit = Hit(t, i, uv);
             }
         }
-        if (top == 0) return hit;
         link = stack[--top];
     }
 }

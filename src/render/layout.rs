@@ -47,10 +47,8 @@ mirrors! {
         bend2: Vec3, unused2: f32,
     }
     Footprint {
-        centre: Vec2, flatness: f32, receiver: u32,
-        conic: Vec3, unused0: f32,
-        peak: Vec3, unused1: f32,
-        cut: Vec3, unused2: f32,
+        centre: Vec2, flatness: f32, unused0: f32, conic: Vec3, unused1: f32, peak: Vec3,
+        unused2: f32, cut: Vec3, unused3: f32, lower: Vec2, upper: Vec2,
     }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }

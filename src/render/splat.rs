@@ -22,7 +22,6 @@ impl Splat {
             &[
                 ("footprints", Resource::Buffer(&project.footprints)),
                 ("order", Resource::Buffer(&project.order)),
-                ("receivers", Resource::Buffer(&scene.receivers)),
             ],
         )?;
         Ok(Self { pipeline })
