@@ -31,11 +31,10 @@ const MARGIN: f32 = 4.0;
 impl Bvh {
     /// A hierarchy over at least one triangle.
     pub fn new(triangles: &[Triangle]) -> Self {
-        let built = build_bvh2_from_tris(
-            triangles,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
+        let mut params = BvhBuildParams::medium_build();
+        // Small leaves: rays that walk side by side wait for the one with the most triangles.
+        params.collapse_traversal_cost = 1.0;
+        let built = build_bvh2_from_tris(triangles, params, &mut Duration::default());
         let (nodes, order) = if depth(&built.nodes) <= MAX_DEPTH {
             (built.nodes, built.primitive_indices)
         } else {
