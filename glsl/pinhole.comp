@@ -79,8 +79,8 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
     vec3 dw2 = mirrored_change(v, n, dv2, normalize_change(p.normal, p.bend2));
     vec2 j1 = vec2(dot(dw1, a), dot(dw1, b));
     vec2 j2 = vec2(dot(dw2, a), dot(dw2, b));
-    vec3 crossed = vec3(j1.x * j2.x, 0.5 * (j1.x * j2.y + j1.y * j2.x), j1.y * j2.y);
-    vec3 of_patch = push.spread / 18.0 * (outer2(j1) + outer2(j2) - crossed);
+    // A root of (j1 j1^T + j2 j2^T - (j1 j2^T + j2 j1^T) / 2) / 18, the patch's covariance.
+    mat2 of_patch = sqrt(push.spread / 18.0) * mat2(0.5 * (j1 + j2), sqrt(0.75) * (j1 - j2));
 
     vec3 radiance = vec3(0.0);
     for (uint i = 0; i < push.sun_count; i++) {
@@ -91,9 +91,8 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
         float radius = max(sin(sun.angular_radius), 1e-5);
         float value;
         if (push.spread > 0.0) {
-            vec3 of_light = vec3(1.0, 0.0, 1.0) * (0.25 * radius * radius);
-            Kernel kernel = kernel_for(of_patch + of_light, of_light);
-            value = kernel.peak * kernel_value(kernel.flatness, quadratic2(kernel.conic, place));
+            Kernel kernel = kernel_for(of_patch, mat2(0.5 * radius), 0.0, CURVED_SHARPEST);
+            value = peak_of(kernel) * kernel_value(kernel.profile.flatness, quadratic2(conic_of(kernel), place));
         } else {
             value = dot(place, place) < radius * radius ? 1.0 / (PI * radius * radius) : 0.0;
         }
@@ -102,7 +101,7 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
         }
     }
     if (push.has_environment != 0 && (push.trace == 0 || !occluded(p.position, w, 1.0 / 0.0, p.triangle))) {
-        radiance += filtered_environment(w, a, b, of_patch);
+        radiance += filtered_environment(w, a, b, covariance_of(of_patch));
     }
     if (radiance == vec3(0.0)) return radiance;
     if (push.trace != 0 && occluded(p.position, to_receiver, ALMOST, p.triangle)) return vec3(0.0);

@@ -15,12 +15,14 @@ layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
 layout(std430, binding = 7) writeonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
+layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
 layout(push_constant) uniform ProjectPush {
     uint first_pair;     // of this batch; a pair is light * patch_count + patch
     uint pair_count;     // in this batch
     uint patch_count;
     uint receiver_count;
     float spread;        // variance of the kernel over that of the patch
+    float flat_spread;   // where the patch is flat
     uint trace;          // 0: nothing can block
 } push;
 
@@ -63,8 +65,13 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         centre += image[i] / 3.0;
         mean_distance += d / 3.0;
     }
-    vec3 of_patch = vec3(0.0);
-    for (int i = 0; i < 3; i++) of_patch += outer2(image[i] - centre) * (push.spread / 3.0);
+    // A flat patch images its surroundings as evenly as itself: the wide kernel, whose sum is even to
+    // 0.1 %, blurs nothing but the mirror's edge.
+    bool is_flat = patch_.bend1 == vec3(0.0) && patch_.bend2 == vec3(0.0);
+    float deviation = sqrt(is_flat ? push.flat_spread : push.spread);
+    mat2 of_patch = deviation * mat2(
+        (image[0] - image[1]) * sqrt(1.0 / 6.0),
+        (image[2] - centre) * sqrt(0.5));
 
     // The sun's disc, mirrored, is a cone about r; its section with the plane. A disc of radius a
     // has the variance a^2/4.
@@ -72,40 +79,49 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     vec3 a, b;
     basis(r, a, b);
     float spread = 0.5 * sun.angular_radius * mean_distance;
-    vec2 ja = texel_direction(receiver, spread * (a - r * (dot(a, m) / dot(r, m))));
-    vec2 jb = texel_direction(receiver, spread * (b - r * (dot(b, m) / dot(r, m))));
-    vec3 of_light = outer2(ja) + outer2(jb);
+    mat2 of_light = mat2(
+        texel_direction(receiver, spread * (a - r * (dot(a, m) / dot(r, m)))),
+        texel_direction(receiver, spread * (b - r * (dot(b, m) / dot(r, m)))));
+    Kernel kernel = kernel_for(of_patch, of_light, 1.0 / 12.0, is_flat ? SHARPEST : CURVED_SHARPEST);
 
-    vec3 of_texel = vec3(1.0, 0.0, 1.0) / 12.0;
-    Kernel kernel = kernel_for(of_patch + of_light + of_texel, of_light);
+    // A footprint whose standard deviation is 2^l texels or more everywhere goes to level l, where
+    // it covers fewer texels. Interpolation adds the variance (4^l - 1)/4, so it is taken off
+    // before.
+    float variance = min(minor_variance(kernel), 1e6);
+    int level = clamp(findMSB(uint(variance)) / 2, 0, coarsest_level(receiver));
+    Level tile = level_of(receiver, level);
+    float scale = 1.0 / float(1 << level);
+    vec3 ahead = from_texels(receiver, centre) - patch_.position;
+    vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
+    vec2 target_texel = clamp(centre, origin, origin + vec2(receiver.width, receiver.height));
+    vec3 target = from_texels(receiver, target_texel);
+    centre = vec2(tile.origin) + (centre - origin) * scale;
+    kernel = rescaled(kernel, 0.25 * (float(1 << 2 * level) - 1.0), scale);
 
     // Bounding box; nothing to do where it misses the tile.
-    vec2 half_size = sqrt(vec2(kernel.conic.z, kernel.conic.x) / determinant2(kernel.conic));
-    vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
-    vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
+    vec2 around = vec2(level > 0 ? 1.0 : 0.0);
+    vec2 tile_low = vec2(tile.origin) - around;
+    vec2 tile_high = vec2(tile.origin + tile.size) + around;
+    vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
     vec2 low = clamp(centre - half_size, tile_low, tile_high);
     vec2 high = clamp(centre + half_size, tile_low, tile_high);
-    if (!(all(lessThan(low, high)) && determinant2(kernel.conic) > 0.0)) return 0;
+    vec3 conic = conic_of(kernel);
+    if (!(all(lessThan(low, high)) && kernel.determinant > 0.0)) return 0;
 
     // Visibility from the patch to the point of the receiver that is nearest to the centre.
-    if (push.trace != 0) {
-        vec3 target = from_texels(receiver, clamp(centre, tile_low, tile_high));
-        if (occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return 0;
-    }
-
-    // W to W/m^2 in a texel.
-    vec3 peak = flux * (kernel.peak / texel_area(receiver));
+    if (push.trace != 0 && occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return 0;
+    if (level > 0) atomicOr(coarse[index], 1u << level);
 
     // The patch throws no light behind its own plane, which cuts the receiver in the line
     // 1 + edge.d = 0. What of the footprint lies beyond is folded back: a second footprint, the
     // first mirrored at the line in the metric of the conic, and both only before the line. That
     // keeps the flux and, where patches end in the line, the evenness of their sum.
     vec3 n = cross(patch_.edge1, patch_.edge2);
-    float before = dot(n, from_texels(receiver, centre) - patch_.position);
+    float before = dot(n, ahead);
     vec2 edge = vec2(
         dot(n, receiver.edge_u) / float(receiver.width),
-        -dot(n, receiver.edge_v) / float(receiver.height)) / before;
-    vec3 inverse = inverse2(kernel.conic);
+        -dot(n, receiver.edge_v) / float(receiver.height)) / (before * scale);
+    vec3 inverse = kernel.profile.support * kernel.covariance;
     float reach = quadratic2(inverse, edge);
     bool folded = before > 0.0 && reach > 1.0;
     vec2 shift = vec2(0.0);
@@ -118,6 +134,10 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         mirrored_cut = vec3(edge * distance_, 0.5 - distance_);
     }
 
+    // W to W/m^2 in a texel of the level.
+    float peak = peak_of(kernel);
+    vec3 irradiance = flux * (scale * scale * peak / texel_area(receiver));
+
     // A small footprint is normalised over its texels.
     vec2 first = floor(centre - half_size) + 0.5;
     vec2 box = ceil(centre + half_size) - first;
@@ -126,14 +146,14 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         for (float y = 0.0; y < box.y; y += 1.0) {
             for (float x = 0.0; x < box.x; x += 1.0) {
                 vec2 d = first + vec2(x, y) - centre;
-                float value = kernel_value(kernel.flatness, quadratic2(kernel.conic, d));
-                if (folded) value += kernel_value(kernel.flatness, quadratic2(kernel.conic, d - shift));
+                float value = kernel_value(kernel.profile.flatness, quadratic2(conic, d));
+                if (folded) value += kernel_value(kernel.profile.flatness, quadratic2(conic, d - shift));
                 sum += value * clamp(cut.z + dot(cut.xy, d), 0.0, 1.0);
             }
         }
-        if (sum > 0.0) peak /= sum * kernel.peak;
+        if (sum > 0.0) irradiance /= sum * peak;
     }
-    footprints_[0] = Footprint(centre, kernel.flatness, 0.0, kernel.conic, 0.0, peak, 0.0, cut, 0.0, low, high);
+    footprints_[0] = Footprint(centre, kernel.profile.flatness, 0.0, conic, 0.0, irradiance, 0.0, cut, 0.0, low, high);
     footprints_[1] = footprints_[0];
     footprints_[1].centre += shift;
     footprints_[1].cut = mirrored_cut;

@@ -1,31 +1,79 @@
-// The kernel for a covariance. The including shader declares the buffer `profiles`.
+// The kernel of a patch and a light. The including shader declares the buffer `profiles`.
+//
+// Displacements in the plane are given by a root R of their covariance R R^T: two vectors, such as
+// the images of two axes. Determinants are sums of squares of cross products (Cauchy & Binet):
+// those of streaks of hundreds of texels would cancel to nothing.
 #include "kernel.glsl"
 
-const int PROFILES = 64;
-const float SHARPEST = 4.0;
+// Exponent p of the last kernel of `profiles`, see src/render/kernel.rs.
+const float SHARPEST = 7.0;
+// And of the sharpest for a patch that bends the light.
+const float CURVED_SHARPEST = 4.0;
 
-// peak kernel_value(flatness, d^T conic d), with the covariance asked for and integral 1.
 struct Kernel {
-    vec3 conic;
-    float flatness;
-    float peak;
+    Profile profile;
+    vec3 covariance;
+    float determinant;
 };
 
-// The kernel for a covariance, of which `light` is the share of a disc-shaped light: flatter the
-// larger that share. p is the exponent of the kernel (1 - t)^p whose kurtosis is that of a disc
-// with this share in a Gaussian: 0 for the disc alone, without bound for none.
-Kernel kernel_for(vec3 covariance, vec3 light) {
-    vec3 inverse = inverse2(covariance);
-    float trace = trace2(inverse, light);
-    float q = trace * trace - 4.0 / 3.0 * determinant2(inverse) * determinant2(light);
-    float p = clamp(8.0 / max(q, 1e-6) - 3.0, 0.0, SHARPEST);
+vec3 covariance_of(mat2 root) {
+    return outer2(root[0]) + outer2(root[1]);
+}
 
-    float place = sqrt(p / SHARPEST) * float(PROFILES - 1);
-    int index = min(int(place), PROFILES - 2);
+// The kernel for the covariance of a patch, a disc-shaped light, and `isotropic` on each axis:
+// flatter the larger the light's share. p is the exponent of the kernel (1 - t)^p whose kurtosis
+// is that of a disc with this share in a Gaussian: 0 for the disc alone, without bound for none,
+// here `sharpest`.
+Kernel kernel_for(mat2 of_patch, mat2 of_light, float isotropic, float sharpest) {
+    vec3 light = covariance_of(of_light);
+    vec3 covariance = covariance_of(of_patch) + light + isotropic * vec3(1.0, 0.0, 1.0);
+    mat2 crossed = mat2(
+        cross2(of_patch[0], of_light[0]), cross2(of_patch[0], of_light[1]),
+        cross2(of_patch[1], of_light[0]), cross2(of_patch[1], of_light[1]));
+    float light_determinant = cross2(of_light[0], of_light[1]);
+    light_determinant *= light_determinant;
+    // Trace of adj(covariance) light.
+    float both = 2.0 * light_determinant + dot(crossed[0], crossed[0]) + dot(crossed[1], crossed[1])
+        + isotropic * (light.x + light.z);
+    float patch_determinant = cross2(of_patch[0], of_patch[1]);
+    float determinant = patch_determinant * patch_determinant + both - light_determinant
+        + isotropic * (covariance.x + covariance.z - light.x - light.z - isotropic);
+
+    float trace = both / determinant;
+    float q = trace * trace - 4.0 / 3.0 * light_determinant / determinant;
+    float p = min(max(8.0 / max(q, 1e-6) - 3.0, 0.0), sharpest);
+    int last = profiles.length() - 1;
+    float place = sqrt(p / SHARPEST) * float(last);
+    int index = min(int(place), last - 1);
     Profile a = profiles[index];
     Profile b = profiles[index + 1];
     float f = place - float(index);
-    float support = mix(a.support, b.support, f);
-    float peak = sqrt(determinant2(inverse)) / (PI * support * mix(a.mean, b.mean, f));
-    return Kernel(inverse / support, mix(a.flatness, b.flatness, f), peak);
+    Profile profile = Profile(mix(a.flatness, b.flatness, f), mix(a.support, b.support, f), mix(a.mean, b.mean, f), 0.0);
+    return Kernel(profile, covariance, determinant);
+}
+
+// The kernel with `isotropic` less variance on each axis and all lengths `scale` times as long.
+Kernel rescaled(Kernel kernel, float isotropic, float scale) {
+    vec3 m = kernel.covariance;
+    float determinant = kernel.determinant - isotropic * (m.x + m.z - isotropic);
+    m -= isotropic * vec3(1.0, 0.0, 1.0);
+    float square = scale * scale;
+    return Kernel(kernel.profile, m * square, determinant * square * square);
+}
+
+// The smaller eigenvalue of the covariance.
+float minor_variance(Kernel kernel) {
+    float middle = 0.5 * (kernel.covariance.x + kernel.covariance.z);
+    return kernel.determinant / (middle + sqrt(max(middle * middle - kernel.determinant, 0.0)));
+}
+
+// The matrix of t = d^T conic d, where kernel_value() takes t.
+vec3 conic_of(Kernel kernel) {
+    vec3 m = kernel.covariance;
+    return vec3(m.z, -m.y, m.x) / (kernel.determinant * kernel.profile.support);
+}
+
+// The factor that makes the kernel's integral 1.
+float peak_of(Kernel kernel) {
+    return 1.0 / (PI * kernel.profile.support * kernel.profile.mean * sqrt(kernel.determinant));
 }

@@ -1,25 +1,16 @@
 // Covariances as (xx, xy, yy), and the kernel with which a patch spreads its flux.
 
-float determinant2(vec3 m) {
-    return m.x * m.z - m.y * m.y;
-}
-
-vec3 inverse2(vec3 m) {
-    return vec3(m.z, -m.y, m.x) / determinant2(m);
-}
-
 vec3 outer2(vec2 v) {
     return vec3(v.x * v.x, v.x * v.y, v.y * v.y);
+}
+
+float cross2(vec2 a, vec2 b) {
+    return a.x * b.y - a.y * b.x;
 }
 
 // d^T m d
 float quadratic2(vec3 m, vec2 d) {
     return m.x * d.x * d.x + 2.0 * m.y * d.x * d.y + m.z * d.y * d.y;
-}
-
-// Trace of a b.
-float trace2(vec3 a, vec3 b) {
-    return a.x * b.x + 2.0 * a.y * b.y + a.z * b.z;
 }
 
 // The kernel ((1 - t) / (1 - flatness t))^4 at t = d^T conic d: a bell for flatness 0, nearly a

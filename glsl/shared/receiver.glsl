@@ -25,3 +25,27 @@ vec2 texel_direction(Receiver receiver, vec3 direction) {
 float texel_area(Receiver receiver) {
     return length(cross(receiver.edge_u, receiver.edge_v)) / float(receiver.width * receiver.height);
 }
+
+// Wide footprints are splatted into coarser levels of a light map, which lie beside it in the
+// atlas, one below the other. A texel of level l is 2^l texels of the light map wide, and there is
+// one more all around, because the levels are interpolated. As in padded() of src/render/upload.rs.
+const int COARSEST = 5;
+const uint FEWEST = 16; // texels on the shorter side of the coarsest level
+
+int coarsest_level(Receiver receiver) {
+    return clamp(findMSB(min(receiver.width, receiver.height) / FEWEST), 0, COARSEST);
+}
+
+struct Level {
+    ivec2 origin;    // in the atlas
+    ivec2 size;      // without the texels around
+};
+
+Level level_of(Receiver receiver, int level) {
+    ivec2 size = ivec2(receiver.width, receiver.height);
+    ivec2 origin = ivec2(receiver.tile_x, receiver.tile_y);
+    if (level == 0) return Level(origin, size);
+    origin += ivec2(size.x + 1, 1);
+    for (int i = 1; i < level; i++) origin.y += ((size.y - 1) >> i) + 3;
+    return Level(origin, ((size - 1) >> level) + 1);
+}

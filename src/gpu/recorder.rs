@@ -413,6 +413,15 @@ impl Recorder {
         }
     }
 
+    /// Fills a buffer with zeros.
+    pub fn zero(&mut self, buffer: &Buffer) {
+        // SAFETY: a live buffer; its size is a multiple of 4.
+        unsafe {
+            let device = &self.context.device;
+            device.cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, 0);
+        }
+    }
+
     pub(super) fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
         let region = [vk::BufferCopy {
             src_offset: 0,

@@ -56,10 +56,11 @@ mirrors! {
     SamplePush { patch_count: u32, reflector_count: u32, }
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
-        spread: f32, trace: u32,
+        spread: f32, flat_spread: f32, trace: u32,
     }
     CompactPush { pair_count: u32, slots: u32, }
     SplatPush { atlas_size: Vec2, }
+    ResolvePush { level: i32, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
         reflector_count: u32, receiver_count: u32, trace: u32,

@@ -1,11 +1,11 @@
 //! The renderer: a list of passes and the barriers between them.
 //!
 //! ```text
-//! scene ─► upload ─► sample ─► project ─► splat ─► shade ─► read back
+//! scene ─► upload ─► sample ─► project ─► splat ─► resolve ─► shade ─► read back
 //! ```
 //! A mirror is cut into patches (sample). Each patch images each light onto each receiver: a
-//! footprint (project). The footprints are added to the receivers' light maps (splat), which the
-//! view shows (shade). `pinhole` gathers over the patches instead, as the paper does; `points`
+//! footprint (project). The footprints are added to the receivers' light maps (splat), wide
+//! ones to coarse levels (resolve), which the view shows (shade). `pinhole` gathers over the patches instead, as the paper does; `points`
 //! replaces patches and footprints by points and single texels.
 
 mod bvh;
@@ -15,6 +15,7 @@ mod layout;
 mod pinhole;
 mod points;
 mod project;
+mod resolve;
 mod sample;
 mod shade;
 mod splat;
@@ -28,6 +29,7 @@ use direct::Direct;
 use pinhole::Pinhole;
 use points::Points;
 use project::Project;
+use resolve::Resolve;
 use sample::Sample;
 use shade::Shade;
 use splat::Splat;
@@ -89,6 +91,7 @@ enum Caustic {
         sample: Sample,
         project: Project,
         splat: Splat,
+        resolve: Resolve,
     },
     Pinhole {
         sample: Sample,
@@ -118,11 +121,13 @@ impl Renderer {
             Method::Footprint => {
                 let sample = Sample::new(context, &device)?;
                 let project = Project::new(context, &device, &sample.patches)?;
-                let splat = Splat::new(context, &device, &project)?;
+                let splat = Splat::new(context, &project)?;
+                let resolve = Resolve::new(context, &device, &project, &light_map)?;
                 Caustic::Footprint {
                     sample,
                     project,
                     splat,
+                    resolve,
                 }
             }
             Method::Pinhole => {
@@ -204,6 +209,9 @@ impl Renderer {
         recorder.pass("clear", |r| {
             r.barrier(Access::ANY_WRITE, Access::TRANSFER_WRITE);
             r.clear(light_map);
+            if let Caustic::Footprint { project, .. } = &self.caustic {
+                r.zero(&project.coarse);
+            }
             r.barrier(Access::TRANSFER_WRITE, Access::BLEND.and(Access::COMPUTE));
         })?;
         if scene.reflector_count == 0 {
@@ -214,6 +222,7 @@ impl Renderer {
                 sample,
                 project,
                 splat,
+                resolve,
             } => {
                 recorder.pass("sample", |r| {
                     sample.record(r, scene);
@@ -242,6 +251,7 @@ impl Renderer {
                         );
                     })?;
                 }
+                recorder.pass("resolve", |r| resolve.record(r))?;
             }
             Caustic::Pinhole { sample, pinhole } => {
                 recorder.pass("sample", |r| {

@@ -1,7 +1,7 @@
 //! project: the image of every light in every patch on every receiver, as a footprint; and
 //! compact: the list of those that exist, in a fixed order.
 
-use super::kernel::{SPREAD, profiles};
+use super::kernel::{FLAT_SPREAD, SPREAD, profiles};
 use super::layout::{CompactPush, Footprint, ProjectPush};
 use super::upload::DeviceScene;
 use crate::error::Result;
@@ -23,6 +23,8 @@ pub struct Project {
     /// A `VkDrawIndirectCommand` over the listed footprints, their number, and that of the pairs
     /// that have any.
     pub arguments: Buffer,
+    /// Bit l is set for receivers that have footprints in level l of their light map.
+    pub coarse: Buffer,
     /// (first pair, pairs): pairs are patch × sun.
     pub batches: Vec<(u32, u32)>,
     patch_count: u32,
@@ -55,6 +57,7 @@ impl Project {
             4 * u64::from(batch) * u64::from(slots),
         )?;
         let arguments = Buffer::new(context, "draw arguments", 24)?;
+        let coarse = Buffer::new(context, "coarse levels", 4 * u64::from(receiver_count))?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
         let project = Pipeline::compute(
             context,
@@ -70,6 +73,7 @@ impl Project {
                 ("footprints", Resource::Buffer(&footprints)),
                 ("counts", Resource::Buffer(&counts)),
                 ("group_counts", Resource::Buffer(&group_counts)),
+                ("coarse", Resource::Buffer(&coarse)),
             ],
         )?;
         let compact = Pipeline::compute(
@@ -88,6 +92,7 @@ impl Project {
             footprints,
             order,
             arguments,
+            coarse,
             batches: batches.collect(),
             patch_count: scene.patch_count,
             receiver_count,
@@ -103,6 +108,7 @@ impl Project {
             patch_count: self.patch_count,
             receiver_count: self.receiver_count,
             spread: SPREAD,
+            flat_spread: FLAT_SPREAD,
             trace: u32::from(self.trace),
         };
         recorder.dispatch(&self.project, &push, [pair_count.div_ceil(GROUP), 1, 1]);

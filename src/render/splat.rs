@@ -2,7 +2,6 @@
 
 use super::layout::SplatPush;
 use super::project::Project;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
 use glam::Vec2;
@@ -13,7 +12,7 @@ pub struct Splat {
 }
 
 impl Splat {
-    pub fn new(context: &Arc<Context>, scene: &DeviceScene, project: &Project) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, project: &Project) -> Result<Self> {
         let pipeline = Pipeline::graphics(
             context,
             &shaders::SPLAT_VERT,

@@ -216,21 +216,38 @@ impl Soup {
     }
 }
 
+/// The coarsest level of a light map that footprints are splatted into; as in receiver.glsl.
+pub fn coarsest_level(size: [u32; 2]) -> u32 {
+    const COARSEST: u32 = 5;
+    const FEWEST: u32 = 16;
+    (size[0].min(size[1]) / FEWEST).max(1).ilog2().min(COARSEST)
+}
+
+/// Texels of a light map together with the coarser levels beside it, one below the other. They
+/// are together no higher than itself.
+fn padded(size: [u32; 2]) -> [u32; 2] {
+    match coarsest_level(size) {
+        0 => size,
+        _ => [size[0] + size[0].div_ceil(2) + 2, size[1]],
+    }
+}
+
 /// Places the receivers' light maps in columns.
 fn pack_tiles(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     let mut tiles: Vec<Tile> = Vec::new();
     let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
     for (object, _, size) in scene.receivers() {
-        if size.iter().any(|side| *side > max_side) {
+        let padded = padded(size);
+        if padded.iter().any(|side| *side > max_side) {
             return Err(Error::Usage {
                 reason: format!(
                     "a light map of {}×{} texels is too large for the device",
                     size[0], size[1]
                 ),
-                remedy: format!("ask for at most {max_side} texels a side"),
+                remedy: format!("ask for at most {} texels a side", max_side / 3 * 2 - 2),
             });
         }
-        if y + size[1] > max_side {
+        if y + padded[1] > max_side {
             (x, y) = (width, 0);
         }
         tiles.push(Tile {
@@ -238,8 +255,8 @@ fn pack_tiles(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
             origin: [x, y],
             size,
         });
-        y += size[1];
-        width = width.max(x + size[0]);
+        y += padded[1];
+        width = width.max(x + padded[0]);
         height = height.max(y);
     }
     if tiles.is_empty() {

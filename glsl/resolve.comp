@@ -1,0 +1,37 @@
+// resolve: adds the coarser levels of the light maps to the next finer one, interpolated.
+// Bilinear steps one after the other are nearly a quadratic B-spline.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
+layout(binding = 2, rgba32f) uniform image2D light_map;
+layout(push_constant) uniform ResolvePush {
+    int level;           // that is added to
+} push;
+
+#include "receiver.glsl"
+
+void main() {
+    uint index = gl_GlobalInvocationID.z;
+    if (coarse[index] >> (push.level + 1) == 0) return;
+    Level fine = level_of(receivers[index], push.level);
+    Level wide = level_of(receivers[index], push.level + 1);
+    int around = push.level > 0 ? 1 : 0;
+    ivec2 size = fine.size + 2 * around;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy) - around;
+    if (texel.x >= size.x - around) return;
+    for (; texel.y < size.y - around; texel.y += int(gl_NumWorkGroups.y)) {
+        // Three quarters of the texel that this one lies in, a quarter of the nearest beside it.
+        ivec2 near = texel >> 1;
+        ivec2 next = near + 2 * (texel & 1) - 1;
+        vec4 row = 0.75 * imageLoad(light_map, wide.origin + near)
+            + 0.25 * imageLoad(light_map, wide.origin + ivec2(next.x, near.y));
+        vec4 beside = 0.75 * imageLoad(light_map, wide.origin + ivec2(near.x, next.y))
+            + 0.25 * imageLoad(light_map, wide.origin + next);
+        ivec2 place = fine.origin + texel;
+        imageStore(light_map, place, imageLoad(light_map, place) + 0.75 * row + 0.25 * beside);
+    }
+}
