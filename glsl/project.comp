@@ -35,11 +35,30 @@ shared uvec2 group_count;
 
 // Rays are followed to this share of their length, so that the receiver itself does not block.
 const float ALMOST = 0.9999;
+const float FAR = 1e9;
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float FEW_TEXELS = 36.0;
 // The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
+
+// The part of the plane that rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) from
+// its centre. To first order they meet the plane at d, by perspective at d / (1 + g.d).
+vec4 reach_of(vec3 m, vec2 g) {
+    float gg = quadratic2(m, g);
+    vec2 mg = vec2(m.x * g.x + m.y * g.y, m.y * g.x + m.z * g.y);
+    vec2 discriminant = mg * mg + (1.0 - gg) * m.xz;
+    vec2 root = sqrt(max(discriminant, 0.0));
+    vec2 a = (-mg - root) / (1.0 - gg);
+    vec2 b = (-mg + root) / (1.0 - gg);
+    if (gg < 1.0) return vec4(a, b);
+    // Some rays never meet the plane; the others reach as far as there is.
+    vec2 nearest = mg / (sqrt(gg) * (1.0 + sqrt(gg)));
+    vec2 low = mix(vec2(-FAR), max(a, b), greaterThanEqual(nearest, max(a, b)));
+    vec2 high = mix(vec2(FAR), min(a, b), lessThanEqual(nearest, min(a, b)));
+    bvec2 all_ = lessThan(discriminant, vec2(0.0));
+    return vec4(mix(low, vec2(-FAR), all_), mix(high, vec2(FAR), all_));
+}
 
 // Footprints that `patch_` throws on receiver number `index`, with `flux` in W: none, one, or two
 // where the patch's plane cuts the first.
@@ -105,6 +124,11 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
     vec2 low = clamp(centre - half_size, tile_low, tile_high);
     vec2 high = clamp(centre + half_size, tile_low, tile_high);
+    vec2 g = vec2(
+        -dot(r, receiver.edge_u) / float(receiver.width),
+        dot(r, receiver.edge_v) / float(receiver.height)) / (mean_distance * scale);
+    vec4 reached = reach_of(kernel.profile.support * kernel.covariance, g) + centre.xyxy;
+    if (any(greaterThan(reached.xy, tile_high)) || any(lessThan(reached.zw, tile_low))) return 0;
     vec3 conic = conic_of(kernel);
     if (!(all(lessThan(low, high)) && kernel.determinant > 0.0)) return 0;
 
