@@ -28,8 +28,6 @@ pub struct Project {
     patch_count: u32,
     receiver_count: u32,
     trace: bool,
-    /// Bound to the pipelines and not named again.
-    _bound: [Buffer; 3],
 }
 
 impl Project {
@@ -92,7 +90,6 @@ impl Project {
             patch_count: scene.patch_count,
             receiver_count,
             trace: scene.trace,
-            _bound: [counts, group_counts, profiles],
         })
     }
 
@@ -105,7 +102,7 @@ impl Project {
             spread: SPREAD,
             trace: u32::from(self.trace),
         };
-        recorder.dispatch(&self.project, &push, [pair_count.div_ceil(GROUP), 1, 1]);
+        recorder.dispatch(&self.project, &push, [pair_count, 1, 1]);
     }
 
     pub fn record_compact(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
@@ -113,6 +110,6 @@ impl Project {
             pair_count,
             slots: SLOTS * self.receiver_count,
         };
-        recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(GROUP), 1, 1]);
+        recorder.dispatch(&self.compact, &push, [pair_count, 1, 1]);
     }
 }
