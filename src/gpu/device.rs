@@ -366,8 +366,8 @@ mod tests {
             max_compute_work_group_size: [0, 1, 2].map(|axis| most(&|s| s.local_size[axis])),
             ..Default::default()
         };
-        assert!(limits.max_per_stage_descriptor_storage_buffers >= 10);
-        assert!(limits.max_push_constants_size >= 64);
+        // More than every device has to allow.
+        assert!(limits.max_per_stage_descriptor_storage_buffers > 4);
         assert_eq!(lacks(image, &limits, shaders::ALL), None);
 
         for feature in [
@@ -378,7 +378,8 @@ mod tests {
             let lack = lacks(image & !feature, &limits, shaders::ALL);
             assert!(lack.is_some_and(|l| l.contains("RGBA32F")), "{feature:?}");
         }
-        let fewer: [(&str, fn(&mut vk::PhysicalDeviceLimits)); 6] = [
+        type Take = fn(&mut vk::PhysicalDeviceLimits);
+        let fewer: [(&str, Take); 6] = [
             ("storage buffers", |l| {
                 l.max_per_stage_descriptor_storage_buffers -= 1;
             }),

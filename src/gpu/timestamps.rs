@@ -121,8 +121,8 @@ impl Timestamps {
     }
 }
 
-/// Ticks between two timestamps of which only so many bits count, however often they wrapped
-/// around before. One that went back by a little, as between cores, counts as none.
+/// Ticks between two timestamps of which only so many bits count, even if they wrap around in
+/// between. Time that went back a little, as between cores, counts as none.
 fn elapsed(start: u64, end: u64, bits: u32) -> u64 {
     let mask = u64::MAX >> (64 - bits);
     let ticks = end.wrapping_sub(start) & mask;
