@@ -43,6 +43,15 @@ fn main() {
     if failed {
         exit(1);
     }
+    let names: Vec<String> = (sources.iter())
+        .map(|source| format!("&{}", constant(source)))
+        .collect();
+    writeln!(
+        table,
+        "pub static ALL: &[&Shader] = &[{}];",
+        names.join(", ")
+    )
+    .unwrap();
     writeln!(
         table,
         "/// Structs of the shaders' buffers as the SPIR-V lays them out."
@@ -138,6 +147,12 @@ fn compile(source: &Path) -> Result<Vec<u32>, String> {
 
 type Layouts = BTreeMap<String, (usize, Vec<(String, usize)>)>;
 
+/// Name of a shader's static.
+fn constant(source: &Path) -> String {
+    let file = source.file_name().expect("a file").to_string_lossy();
+    file.replace('.', "_").to_uppercase()
+}
+
 /// Appends the table entry of one shader.
 fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layouts) {
     let file = source.file_name().expect("a file").to_string_lossy();
@@ -200,7 +215,7 @@ fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layo
             [size(0), size(1), size(2)]
         });
 
-    let constant = file.replace('.', "_").to_uppercase();
+    let constant = constant(source);
     writeln!(table, "/// `glsl/{file}`").unwrap();
     writeln!(
         table,

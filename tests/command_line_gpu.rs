@@ -341,6 +341,46 @@ fn all_methods_run_clean_under_validation() {
     }
 }
 
+/// The layers' best practices, which lavapipe's users need not follow, are always violated: a
+/// setting of the layers, not of ours, makes them speak.
+fn with_complaints(command: &mut Command) -> &mut Command {
+    let enables = "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT";
+    command.env("VK_LAYER_ENABLES", enables)
+}
+
+#[test]
+fn validation_messages_exit_with_1_and_write_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mirror = scene("mirror.toml");
+    for (command, output) in COMMANDS {
+        let output = folder.path().join(output);
+        let validated = || {
+            let mut validated = run(command, &mirror, &output);
+            validated.arg("--validate");
+            validated
+        };
+        let parts = ["validation message(s), the first: ", "BestPractices"];
+        refuses(with_complaints(&mut validated()), 1, &parts);
+        assert_eq!(names(folder.path()), Vec::<String>::new());
+        // A command that fails on something else says both.
+        let mut too_many = nephroid();
+        too_many.arg(command).arg(&mirror).arg("-o").arg(&output);
+        too_many.args(["--validate", "--samples=1000000000"]);
+        let parts = ["validation: ", "BestPractices", "patches failed"];
+        refuses(with_complaints(&mut too_many), 5, &parts);
+        assert_eq!(names(folder.path()), Vec::<String>::new());
+        // Without the layers, or in their silence, nothing is said.
+        with_complaints(&mut run(command, &mirror, &output))
+            .assert()
+            .success();
+        validated()
+            .assert()
+            .success()
+            .stderr(contains("validation").not());
+        std::fs::remove_file(&output).unwrap();
+    }
+}
+
 /// The driver's cache is kept, and rubbish in its place is ignored and replaced.
 #[cfg(target_os = "linux")]
 #[test]

@@ -70,6 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             &renderer.read_direct(receiver)?,
         ),
     };
+    session.finish()?;
     let comment = format!("{component:?} irradiance, W/m^2").to_lowercase();
     write_exr(output, &image, &[], &comment)?;
     report.print(gpu.json);

@@ -3,7 +3,7 @@
 use super::{LightMapSize, load_scene, print, print_json};
 use clap::Args;
 use indicatif::ProgressBar;
-use nephroid::gpu::{Context, ContextOptions, DeviceInfo};
+use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages};
 use nephroid::measure::{PassProfile, Spread, profile};
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::Scene;
@@ -58,11 +58,43 @@ fn not_negative(text: &str) -> Result<f32, String> {
     value.ok_or("give a number that is not negative".into())
 }
 
-/// A scene on a device.
+/// A scene on a device. End it with [`Session::finish`] before anything is written.
 pub struct Session {
-    pub context: Arc<Context>,
-    pub scene: Scene,
+    // Dropped in this order, so that complaints about dropping are heard.
     pub renderer: Renderer,
+    pub context: Arc<Context>,
+    complaints: Complaints,
+    pub scene: Scene,
+}
+
+impl Session {
+    /// Gives the device back.
+    ///
+    /// # Errors
+    /// [`Error::Validation`] where the validation layers said anything from first to last.
+    pub fn finish(self) -> Result<()> {
+        drop(self.renderer);
+        drop(self.context);
+        let messages = self.complaints.0.take();
+        match messages.first() {
+            None => Ok(()),
+            Some(first) => Err(Error::Validation {
+                count: messages.len(),
+                first: first.clone(),
+            }),
+        }
+    }
+}
+
+/// What the validation layers say. A command that fails on something else still prints it.
+struct Complaints(Arc<Messages>);
+
+impl Drop for Complaints {
+    fn drop(&mut self) {
+        for message in self.0.take() {
+            eprintln!("validation: {message}");
+        }
+    }
 }
 
 /// What every report of a rendering says.
@@ -105,6 +137,7 @@ impl GpuOptions {
             validate: self.validate,
         };
         let context = Context::new(&options)?;
+        let complaints = Complaints(context.messages());
         let settings = Settings {
             method: self.method,
             samples: self.samples,
@@ -113,9 +146,10 @@ impl GpuOptions {
         };
         let renderer = Renderer::new(&context, &scene, &settings)?;
         Ok(Session {
-            context,
-            scene,
             renderer,
+            context,
+            complaints,
+            scene,
         })
     }
 
@@ -131,6 +165,7 @@ impl GpuOptions {
             context,
             scene,
             renderer,
+            ..
         } = session;
         if has_caustic {
             for note in renderer.notes() {
@@ -168,13 +203,6 @@ impl GpuOptions {
             let start = Instant::now();
             frame(renderer, scene)?;
             times.push(start.elapsed().as_secs_f64());
-        }
-        let messages = context.validation_messages();
-        if let Some(first) = messages.first() {
-            return Err(Error::Validation {
-                count: messages.len(),
-                first: first.clone(),
-            });
         }
         let caustic = if has_caustic {
             Some(CausticReport {

@@ -51,8 +51,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         renderer.view(&scene.camera, arguments.size, arguments.antialias)
     })?;
     let view = session.renderer.read_view()?;
+    let exposure_ev = session.scene.camera.exposure_ev;
+    session.finish()?;
     if png {
-        let rgb = tone_map::to_srgb(&view, session.scene.camera.exposure_ev);
+        let rgb = tone_map::to_srgb(&view, exposure_ev);
         write_png(output, view.width, view.height, &rgb)?;
     } else {
         write_exr(output, &view, &[], "radiance, W/m^2/sr")?;

@@ -35,19 +35,58 @@ fn allocate(
         })
 }
 
-fn free(context: &Context, allocation: Option<Allocation>) {
-    if let (Some(allocation), Ok(mut allocator)) = (allocation, context.allocator.lock()) {
-        // A block that cannot be freed is lost until the allocator goes; Drop must not panic.
-        let _ = allocator.free(allocation);
+/// Vulkan objects with the memory under them. Held by the [`Buffer`] or [`Image`] and by the
+/// pipelines that it is bound to; the last of them frees it.
+struct Owned {
+    context: Arc<Context>,
+    buffer: vk::Buffer,
+    image: vk::Image,
+    view: vk::ImageView,
+    sampler: vk::Sampler,
+    allocation: Option<Allocation>,
+}
+
+impl Owned {
+    fn new(context: &Arc<Context>) -> Self {
+        Self {
+            context: context.clone(),
+            buffer: vk::Buffer::null(),
+            image: vk::Image::null(),
+            view: vk::ImageView::null(),
+            sampler: vk::Sampler::null(),
+            allocation: None,
+        }
     }
 }
 
+impl Drop for Owned {
+    fn drop(&mut self) {
+        let device = &self.context.device;
+        // SAFETY: submissions are waited for, so the device uses none any more; null handles are
+        // allowed.
+        unsafe {
+            device.destroy_buffer(self.buffer, None);
+            device.destroy_sampler(self.sampler, None);
+            device.destroy_image_view(self.view, None);
+            device.destroy_image(self.image, None);
+        }
+        if let (Some(allocation), Ok(mut allocator)) =
+            (self.allocation.take(), self.context.allocator.lock())
+        {
+            // A block that cannot be freed is lost until the allocator goes; Drop must not panic.
+            let _ = allocator.free(allocation);
+        }
+    }
+}
+
+/// Keeps a buffer or image alive.
+pub type Keeper = Arc<dyn Send + Sync>;
+
 /// A storage, transfer and indirect buffer.
 pub struct Buffer {
-    context: Arc<Context>,
     pub(super) handle: vk::Buffer,
-    allocation: Option<Allocation>,
     bytes: u64,
+    owned: Arc<Owned>,
 }
 
 impl Buffer {
@@ -117,28 +156,28 @@ impl Buffer {
                 | vk::BufferUsageFlags::TRANSFER_SRC
                 | vk::BufferUsageFlags::TRANSFER_DST,
         );
-        // SAFETY: a valid device; the buffer is destroyed in Drop.
+        // SAFETY: a valid device; `owned` destroys the buffer.
         let handle = unsafe { context.device.create_buffer(&info, None) }
             .map_err(device_error("making a buffer"))?;
         context.set_name(handle, name);
-        let mut buffer = Self {
-            context: context.clone(),
-            handle,
-            allocation: None,
-            bytes,
-        };
+        let mut owned = Owned::new(context);
+        owned.buffer = handle;
         // SAFETY: a buffer of this device, bound once to memory made for it.
         unsafe {
             let requirements = context.device.get_buffer_memory_requirements(handle);
             let allocation = allocate(context, name, requirements, location, true)?;
             let (memory, offset) = (allocation.memory(), allocation.offset());
-            buffer.allocation = Some(allocation);
+            owned.allocation = Some(allocation);
             context
                 .device
                 .bind_buffer_memory(handle, memory, offset)
                 .map_err(device_error("binding a buffer"))?;
         }
-        Ok(buffer)
+        Ok(Self {
+            handle,
+            bytes,
+            owned: Arc::new(owned),
+        })
     }
 
     /// Size in bytes.
@@ -147,20 +186,36 @@ impl Buffer {
     }
 
     pub(super) fn mapped(&mut self) -> &mut [u8] {
-        let allocation = self.allocation.as_mut().expect("allocated in `allocate`");
-        allocation
+        let owned = Arc::get_mut(&mut self.owned).expect("mapped buffers are never bound");
+        let allocation = owned.allocation.as_mut();
+        (allocation.expect("allocated in `allocate`"))
             .mapped_slice_mut()
             .expect("only host-visible buffers are mapped")
+    }
+
+    pub(super) fn keeper(&self) -> Keeper {
+        self.owned.clone()
     }
 
     /// Copies the buffer's first `count` elements to the host. Waits for the device.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// Where the buffer holds fewer.
     pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
-        let bytes = (count * size_of::<T>()) as u64;
-        let mut host = Self::readback(&self.context, bytes)?;
-        let mut recorder = Recorder::new(&self.context)?;
+        let bytes = (count as u64)
+            .checked_mul(size_of::<T>() as u64)
+            .filter(|bytes| *bytes <= self.bytes)
+            .unwrap_or_else(|| {
+                let element = size_of::<T>();
+                let bytes = self.bytes;
+                panic!("{count} elements of {element} bytes are read from a buffer of {bytes}")
+            });
+        let context = &self.owned.context;
+        let mut host = Self::readback(context, bytes)?;
+        let mut recorder = Recorder::new(context)?;
         recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
         recorder.copy_buffer(self, &host, bytes);
         recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
@@ -168,14 +223,6 @@ impl Buffer {
         Ok(bytemuck::pod_collect_to_vec(
             &host.mapped()[..bytes as usize],
         ))
-    }
-}
-
-impl Drop for Buffer {
-    fn drop(&mut self) {
-        // SAFETY: submissions are waited for, so the device does not use it any more.
-        unsafe { self.context.device.destroy_buffer(self.handle, None) };
-        free(&self.context, self.allocation.take());
     }
 }
 
@@ -190,14 +237,13 @@ pub enum Sampling {
 
 /// A 2-D RGBA32F image in layout GENERAL, which every use shares: attachment, storage, sampled.
 pub struct Image {
-    context: Arc<Context>,
     pub(super) handle: vk::Image,
     /// All mip levels.
     pub(super) view: vk::ImageView,
     pub(super) sampler: vk::Sampler,
-    allocation: Option<Allocation>,
     pub width: u32,
     pub height: u32,
+    owned: Arc<Owned>,
 }
 
 /// Four f32 a texel.
@@ -210,7 +256,10 @@ impl Image {
     /// An image with undefined content and `levels` mip levels.
     ///
     /// # Errors
-    /// [`Error::Device`] where memory is exceeded.
+    /// [`Error::Device`] where memory or the device's limit on sides is exceeded.
+    ///
+    /// # Panics
+    /// Where a side is 0.
     pub fn new(
         context: &Arc<Context>,
         name: &str,
@@ -218,6 +267,19 @@ impl Image {
         levels: u32,
         sampling: Sampling,
     ) -> Result<Self> {
+        assert!(width > 0 && height > 0, "{name} has no texels");
+        let most = context.max_image_side();
+        if width.max(height) > most {
+            return Err(Error::Device {
+                action: format!("making the image of {name}"),
+                reason: format!(
+                    "it has {width}×{height} texels and the device allows {most} a side"
+                ),
+                remedy: "ask for a smaller picture, light map or environment, or name another \
+                         --device"
+                    .into(),
+            });
+        }
         let mut usage = vk::ImageUsageFlags::STORAGE
             | vk::ImageUsageFlags::SAMPLED
             | vk::ImageUsageFlags::TRANSFER_SRC
@@ -238,19 +300,12 @@ impl Image {
             .samples(vk::SampleCountFlags::TYPE_1)
             .usage(usage);
         let device = &context.device;
-        // SAFETY: a valid device; the image is destroyed in Drop.
+        // SAFETY: a valid device; `owned` destroys the image.
         let handle =
             unsafe { device.create_image(&info, None) }.map_err(device_error("making an image"))?;
         context.set_name(handle, name);
-        let mut image = Self {
-            context: context.clone(),
-            handle,
-            view: vk::ImageView::null(),
-            sampler: vk::Sampler::null(),
-            allocation: None,
-            width,
-            height,
-        };
+        let mut owned = Owned::new(context);
+        owned.image = handle;
         let range = vk::ImageSubresourceRange::default()
             .aspect_mask(vk::ImageAspectFlags::COLOR)
             .level_count(levels)
@@ -279,33 +334,39 @@ impl Image {
             .address_mode_u(repeat)
             .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE)
             .max_lod(vk::LOD_CLAMP_NONE);
-        // SAFETY: an image of this device, bound once to memory made for it; view and sampler are
-        // destroyed in Drop.
+        // SAFETY: an image of this device, bound once to memory made for it.
         unsafe {
             let requirements = device.get_image_memory_requirements(handle);
             let allocation = allocate(context, name, requirements, MemoryLocation::GpuOnly, false)?;
             let (memory, offset) = (allocation.memory(), allocation.offset());
-            image.allocation = Some(allocation);
+            owned.allocation = Some(allocation);
             device
                 .bind_image_memory(handle, memory, offset)
                 .map_err(device_error("binding an image"))?;
-            image.view = device
+            owned.view = device
                 .create_image_view(&view, None)
                 .map_err(device_error("making a view"))?;
-            image.sampler = device
+            owned.sampler = device
                 .create_sampler(&sampler, None)
                 .map_err(device_error("making a sampler"))?;
         }
         let mut recorder = Recorder::new(context)?;
         recorder.begin_general(handle, range);
         recorder.submit()?;
-        Ok(image)
+        Ok(Self {
+            handle,
+            view: owned.view,
+            sampler: owned.sampler,
+            width,
+            height,
+            owned: Arc::new(owned),
+        })
     }
 
     /// An image with the mip levels `levels`, RGB each, filled.
     ///
-    /// # Errors
-    /// As [`Image::new`].
+    /// # Errors, Panics
+    /// As [`Image::new`]; where a level has not as many texels as it should.
     pub fn with_levels(
         context: &Arc<Context>,
         name: &str,
@@ -323,6 +384,9 @@ impl Image {
         let mut recorder = Recorder::new(context)?;
         let mut staging = Vec::new();
         for (level, (width, height, pixels)) in levels.iter().enumerate() {
+            let side = |side: u32| (side >> level).max(1);
+            assert_eq!([*width, *height], [side(image.width), side(image.height)]);
+            assert_eq!(pixels.len() as u64, u64::from(*width) * u64::from(*height));
             let texels: Vec<[f32; 4]> = pixels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
             let buffer = Buffer::staging(context, bytemuck::cast_slice(&texels))?;
             recorder.copy_to_image(&buffer, &image, level as u32, [*width, *height]);
@@ -333,14 +397,31 @@ impl Image {
         Ok(image)
     }
 
+    pub(super) fn keeper(&self) -> Keeper {
+        self.owned.clone()
+    }
+
     /// Copies a rectangle of level 0 to the host, RGBA, rows from the top. Waits for the device.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// Where the rectangle is empty or reaches beyond the image.
     pub fn read(&self, offset: [u32; 2], extent: [u32; 2]) -> Result<Vec<[f32; 4]>> {
+        let size = [self.width, self.height];
+        let inside = |axis: usize| {
+            extent[axis] > 0
+                && (offset[axis].checked_add(extent[axis])).is_some_and(|end| end <= size[axis])
+        };
+        assert!(
+            inside(0) && inside(1),
+            "{extent:?} texels at {offset:?} are read from an image of {size:?}"
+        );
         let bytes = u64::from(extent[0]) * u64::from(extent[1]) * TEXEL_BYTES;
-        let mut host = Buffer::readback(&self.context, bytes)?;
-        let mut recorder = Recorder::new(&self.context)?;
+        let context = &self.owned.context;
+        let mut host = Buffer::readback(context, bytes)?;
+        let mut recorder = Recorder::new(context)?;
         recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
         recorder.copy_from_image(self, offset, extent, &host);
         recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
@@ -348,17 +429,5 @@ impl Image {
         Ok(bytemuck::pod_collect_to_vec(
             &host.mapped()[..bytes as usize],
         ))
-    }
-}
-
-impl Drop for Image {
-    fn drop(&mut self) {
-        // SAFETY: submissions are waited for; null handles are allowed.
-        unsafe {
-            self.context.device.destroy_sampler(self.sampler, None);
-            self.context.device.destroy_image_view(self.view, None);
-            self.context.device.destroy_image(self.handle, None);
-        }
-        free(&self.context, self.allocation.take());
     }
 }

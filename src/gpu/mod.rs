@@ -4,18 +4,23 @@
 //! bindings from the SPIR-V, [`Recorder`] fills and submits a command buffer in named scopes.
 
 mod context;
+mod device;
+mod instance;
 mod memory;
 mod pipeline;
 mod pipeline_cache;
 mod recorder;
 mod shader;
+mod timestamps;
 mod validation;
 
-pub use context::{Context, ContextOptions, DeviceInfo, list_devices};
+pub use context::{Context, ContextOptions};
+pub use device::{DeviceInfo, list_devices};
 pub use memory::{Buffer, Image, Sampling};
 pub use pipeline::{Pipeline, Resource, Topology};
 pub use recorder::{Access, PassTime, Recorder};
 pub use shader::{Shader, StructLayout, shaders};
+pub use validation::Messages;
 
 use crate::error::Error;
 use ash::vk;

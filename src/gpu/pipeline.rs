@@ -1,5 +1,6 @@
 //! Pipelines whose layout is read from the SPIR-V, with resources bound by name.
 
+use super::memory::Keeper;
 use super::shader::{Binding, BindingKind};
 use super::{Buffer, Context, Image, Shader, device_error, pipeline_cache};
 use crate::error::Result;
@@ -23,7 +24,7 @@ pub enum Topology {
     Points,
 }
 
-/// A compute or graphics pipeline with its one descriptor set.
+/// A compute or graphics pipeline with its one descriptor set. It keeps alive what is bound to it.
 pub struct Pipeline {
     context: Arc<Context>,
     pub(super) handle: vk::Pipeline,
@@ -32,10 +33,13 @@ pub struct Pipeline {
     pub(super) stages: vk::ShaderStageFlags,
     pub(super) bind_point: vk::PipelineBindPoint,
     pub(super) push_bytes: u32,
+    /// Threads of a workgroup; zeros for graphics.
+    pub(super) local_size: [u32; 3],
+    pub(super) name: &'static str,
     set_layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     bindings: Vec<&'static Binding>,
-    name: &'static str,
+    bound: Vec<Keeper>,
 }
 
 impl Pipeline {
@@ -204,10 +208,12 @@ impl Pipeline {
             stages,
             bind_point,
             push_bytes,
+            local_size: shaders[0].local_size,
+            name: shaders[0].name,
             set_layout: vk::DescriptorSetLayout::null(),
             pool: vk::DescriptorPool::null(),
             bindings,
-            name: shaders[0].name,
+            bound: Vec::new(),
         };
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
         let failed = || device_error("laying out a pipeline");
@@ -253,16 +259,18 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Writes the descriptor set. No submission that uses it may be under way.
-    ///
-    /// # Panics
-    /// Where a binding of the shaders is not among `resources`.
-    pub fn bind(&mut self, resources: &Bindings) {
+    /// Writes the descriptor set.
+    fn bind(&mut self, resources: &Bindings) {
+        let mut bound = Vec::new();
         for binding in &self.bindings {
             let (_, resource) = resources
                 .iter()
                 .find(|(name, _)| *name == binding.name)
                 .unwrap_or_else(|| panic!("{} wants {}", self.name, binding.name));
+            bound.push(match resource {
+                Resource::Buffer(buffer) => buffer.keeper(),
+                Resource::Image(image) => image.keeper(),
+            });
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(self.set)
                 .dst_binding(binding.index);
@@ -298,6 +306,7 @@ impl Pipeline {
             // SAFETY: set and resources are of this device and not in use.
             unsafe { self.context.device.update_descriptor_sets(&[write], &[]) };
         }
+        self.bound = bound;
     }
 }
 

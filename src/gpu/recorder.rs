@@ -1,8 +1,10 @@
 //! One command buffer: passes in named scopes, explicit barriers, submit and wait.
 
+use super::device::Device;
 use super::memory::{Buffer, Image};
+use super::timestamps::Timestamps;
 use super::{Context, Pipeline, device_error};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
 use std::ffi::CString;
@@ -67,7 +69,7 @@ impl Access {
     }
 }
 
-/// What one pass of the last submission cost.
+/// What one pass cost.
 #[derive(Debug, Clone)]
 pub struct PassTime {
     pub name: &'static str,
@@ -78,19 +80,24 @@ pub struct PassTime {
     pub wall: Option<f64>,
 }
 
-/// Passes a submission can time.
-const MAX_SCOPES: u32 = 256;
-
 /// A command buffer that is being recorded, and the fence that [`Recorder::submit`] waits for.
+///
+/// After a failed submission it begins anew, without what was recorded.
 pub struct Recorder {
     context: Arc<Context>,
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
+    /// Whether `commands` can be recorded to: not after a `begin` that failed.
+    recording: bool,
     fence: vk::Fence,
-    queries: vk::QueryPool,
-    scopes: Vec<PassTime>,
-    /// Scopes whose timestamps are not read yet.
-    unread: u32,
+    timestamps: Timestamps,
+    /// Passes recorded since the last submission.
+    open: Vec<&'static str>,
+    /// Passes of the last submission, or where each is submitted on its own, those since
+    /// [`Recorder::take_times`].
+    times: Vec<PassTime>,
+    /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
+    refused: Option<Error>,
     wait_each_pass: bool,
 }
 
@@ -98,24 +105,23 @@ impl Recorder {
     /// Begins an empty command buffer.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device fails.
+    /// [`Error::Device`] where the device fails.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
         let failed = || device_error("making a command buffer");
         let mut recorder = Self {
             context: context.clone(),
             pool: vk::CommandPool::null(),
             commands: vk::CommandBuffer::null(),
+            recording: false,
             fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
-            scopes: Vec::new(),
-            unread: 0,
+            timestamps: Timestamps::new(context),
+            open: Vec::new(),
+            times: Vec::new(),
+            refused: None,
             wait_each_pass: false,
         };
         let device = &context.device;
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family);
-        let queries = vk::QueryPoolCreateInfo::default()
-            .query_type(vk::QueryType::TIMESTAMP)
-            .query_count(2 * MAX_SCOPES);
         // SAFETY: a valid device; everything is destroyed in Drop.
         unsafe {
             recorder.pool = device.create_command_pool(&pool, None).map_err(failed())?;
@@ -126,151 +132,153 @@ impl Recorder {
             recorder.fence = device
                 .create_fence(&vk::FenceCreateInfo::default(), None)
                 .map_err(failed())?;
-            if context.timestamp_period > 0.0 {
-                recorder.queries = device.create_query_pool(&queries, None).map_err(failed())?;
-            }
         }
         recorder.begin()?;
         Ok(recorder)
     }
 
-    /// Submits and waits after every pass, so that [`PassTime::wall`] is known.
+    /// Submits and waits after every pass, so that [`PassTime::wall`] is known. The times pile up
+    /// until [`Recorder::take_times`], so take them every frame.
     pub fn wait_each_pass(&mut self, wait: bool) {
         self.wait_each_pass = wait;
+        self.times.clear();
     }
 
     fn begin(&mut self) -> Result<()> {
         let info = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        let device = &self.context.device;
+        self.recording = false;
         // SAFETY: the buffer is not in use: `submit` waits.
         unsafe {
-            self.context
-                .device
+            device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
-                .and_then(|()| {
-                    self.context
-                        .device
-                        .begin_command_buffer(self.commands, &info)
-                })
+                .and_then(|()| device.begin_command_buffer(self.commands, &info))
                 .map_err(device_error("beginning a command buffer"))?;
-            if self.queries != vk::QueryPool::null() {
-                self.context.device.cmd_reset_query_pool(
-                    self.commands,
-                    self.queries,
-                    0,
-                    2 * MAX_SCOPES,
-                );
-            }
         }
+        self.recording = true;
         Ok(())
     }
 
     /// Submits what was recorded, waits for it, and begins anew.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device fails or is lost.
+    /// [`Error::Device`] where the device fails or is lost, or something recorded is beyond its
+    /// limits; then nothing was run.
     pub fn submit(&mut self) -> Result<()> {
-        let device = &self.context.device;
-        let failed = || device_error("running a frame");
-        // SAFETY: recorded commands refer to live objects; the fence is unsignalled.
-        unsafe {
-            device.end_command_buffer(self.commands).map_err(failed())?;
-            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-            let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-            device
-                .queue_submit2(self.context.queue, &submit, self.fence)
-                .map_err(failed())?;
-            device
-                .wait_for_fences(&[self.fence], true, u64::MAX)
-                .map_err(failed())?;
-            device.reset_fences(&[self.fence]).map_err(failed())?;
+        if !self.recording {
+            // Beginning failed the last time, so nothing was recorded since.
+            return self.begin();
         }
-        self.read_timestamps()?;
-        self.begin()
-    }
-
-    fn read_timestamps(&mut self) -> Result<()> {
-        let count = std::mem::take(&mut self.unread);
-        if count == 0 || self.queries == vk::QueryPool::null() {
-            return Ok(());
+        let names = std::mem::take(&mut self.open);
+        let result = match self.refused.take() {
+            Some(error) => Err(error),
+            None => self.run(&names),
+        };
+        if result.is_err() {
+            self.timestamps.forget();
         }
-        let mut ticks = vec![0u64; 2 * count as usize];
-        // SAFETY: the queries were written by the submission that just ended.
-        unsafe {
-            self.context.device.get_query_pool_results(
-                self.queries,
-                0,
-                &mut ticks,
-                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-            )
+        let begun = self.begin();
+        let durations = result?;
+        begun?;
+        if !self.wait_each_pass {
+            self.times.clear();
         }
-        .map_err(device_error("reading timestamps"))?;
-        let first = self.scopes.len() - count as usize;
-        for (scope, pair) in self.scopes[first..].iter_mut().zip(ticks.chunks_exact(2)) {
-            let elapsed = pair[1].saturating_sub(pair[0]) as f64;
-            scope.gpu = Some(elapsed * f64::from(self.context.timestamp_period) * 1e-9);
+        for (index, name) in names.into_iter().enumerate() {
+            self.times.push(PassTime {
+                name,
+                gpu: durations.get(index).copied(),
+                wall: None,
+            });
         }
         Ok(())
+    }
+
+    /// Runs the command buffer to its end; the durations of its passes, if the queue has
+    /// timestamps.
+    fn run(&mut self, names: &[&'static str]) -> Result<Vec<f64>> {
+        self.recording = false;
+        let action = running(names);
+        let failed = || device_error(&action);
+        let device = &self.context.device;
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
+        // SAFETY: recorded commands refer to live objects; the fence is unsignalled; the queue is
+        // locked while it is used.
+        unsafe {
+            device.end_command_buffer(self.commands).map_err(failed())?;
+            let queue = self.context.queue.lock().expect("no panic while held");
+            device
+                .queue_submit2(*queue, &submit, self.fence)
+                .map_err(failed())?;
+            drop(queue);
+            let waited = device.wait_for_fences(&[self.fence], true, u64::MAX);
+            if waited.is_err() {
+                // Too little memory to wait for the fence, or the device is lost and its work
+                // with it.
+                let _queue = self.context.queue.lock();
+                let _ = device.device_wait_idle();
+            }
+            waited
+                .and(device.reset_fences(&[self.fence]))
+                .map_err(failed())?;
+        }
+        self.timestamps.read()
     }
 
     /// Records the pass called `name`: its debug label, its timestamps and its row in the profile.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device fails (only if passes are waited for).
+    /// [`Error::Device`] where the device fails (mostly only if passes are waited for).
     pub fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) -> Result<()> {
         let start = Instant::now();
-        let timed = self.queries != vk::QueryPool::null() && self.unread < MAX_SCOPES;
-        let query = 2 * self.unread;
+        if !self.recording {
+            self.begin()?;
+        }
+        let scope = self
+            .timestamps
+            .begin(self.commands)
+            .unwrap_or_else(|error| {
+                self.refused.get_or_insert(error);
+                None
+            });
+        self.open.push(name);
         let label = CString::new(name).expect("pass names have no NUL");
-        // SAFETY: a recording command buffer of this device.
-        unsafe {
-            if let Some(debug) = &self.context.debug {
-                let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
-                debug.cmd_begin_debug_utils_label(self.commands, &info);
-            }
-            if timed {
-                self.timestamp(query);
-            }
+        if let Some(debug) = &self.context.debug {
+            let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
+            // SAFETY: a recording command buffer of this device.
+            unsafe { debug.cmd_begin_debug_utils_label(self.commands, &info) };
         }
         record(self);
-        // SAFETY: as above.
-        unsafe {
-            if timed {
-                self.timestamp(query + 1);
-            }
-            if let Some(debug) = &self.context.debug {
-                debug.cmd_end_debug_utils_label(self.commands);
-            }
+        if let Some(debug) = &self.context.debug {
+            // SAFETY: as above.
+            unsafe { debug.cmd_end_debug_utils_label(self.commands) };
         }
-        self.scopes.push(PassTime {
-            name,
-            gpu: None,
-            wall: None,
-        });
-        self.unread += u32::from(timed);
+        if let Some(scope) = scope {
+            self.timestamps.end(self.commands, scope);
+        }
         if self.wait_each_pass {
             self.submit()?;
-            let pass = self.scopes.last_mut().expect("pushed above");
-            pass.wall = Some(start.elapsed().as_secs_f64());
+            if let Some(pass) = self.times.last_mut() {
+                pass.wall = Some(start.elapsed().as_secs_f64());
+            }
         }
         Ok(())
     }
 
-    unsafe fn timestamp(&self, query: u32) {
-        // SAFETY: the caller's query is in range and was reset by `begin`.
-        unsafe {
-            self.context.device.cmd_write_timestamp2(
-                self.commands,
-                vk::PipelineStageFlags2::ALL_COMMANDS,
-                self.queries,
-                query,
-            );
-        }
+    /// Times of the passes of the last submission, in order; where each pass is submitted on its
+    /// own, of all since the last call.
+    pub fn take_times(&mut self) -> Vec<PassTime> {
+        std::mem::take(&mut self.times)
     }
 
-    /// The passes since the last call, in order; complete after [`Recorder::submit`].
-    pub fn take_times(&mut self) -> Vec<PassTime> {
-        std::mem::take(&mut self.scopes)
+    /// The device, to record a command.
+    fn device(&self) -> &Device {
+        assert!(
+            self.recording,
+            "after an error from `submit`, record within a `pass`, which can begin anew"
+        );
+        &self.context.device
     }
 
     /// Makes what `from` wrote visible to `to`, and orders them.
@@ -282,20 +290,31 @@ impl Recorder {
             .dst_access_mask(to.1)];
         let info = vk::DependencyInfo::default().memory_barriers(&barrier);
         // SAFETY: a recording command buffer, outside of rendering.
-        unsafe {
-            self.context
-                .device
-                .cmd_pipeline_barrier2(self.commands, &info)
-        };
+        unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
     }
 
-    /// Runs a compute shader over `groups` workgroups.
-    pub fn dispatch<P: Pod>(&mut self, pipeline: &Pipeline, push: &P, groups: [u32; 3]) {
+    /// Runs a compute shader with at least `threads` threads along each axis, in as many whole
+    /// workgroups as that takes. Beyond the device's limit nothing is recorded, and
+    /// [`Recorder::submit`] fails.
+    pub fn dispatch<P: Pod>(&mut self, pipeline: &Pipeline, push: &P, threads: [u32; 3]) {
+        let groups = groups(threads, pipeline.local_size);
+        let limits = &self.context.properties.limits;
+        let most = limits.max_compute_work_group_count;
+        if let Some(axis) = (0..3).find(|&axis| groups[axis] > most[axis]) {
+            self.refused.get_or_insert(Error::Device {
+                action: format!("running {}", pipeline.name),
+                reason: format!(
+                    "it needs {} workgroups and the device allows {}",
+                    groups[axis], most[axis]
+                ),
+                remedy: "ask for fewer samples, or name another --device".into(),
+            });
+            return;
+        }
         self.use_pipeline(pipeline, push);
-        // SAFETY: pipeline and resources are bound.
+        // SAFETY: pipeline and resources are bound; the groups are within the limit.
         unsafe {
-            self.context
-                .device
+            self.device()
                 .cmd_dispatch(self.commands, groups[0], groups[1], groups[2])
         };
     }
@@ -312,10 +331,9 @@ impl Recorder {
         self.use_pipeline(pipeline, push);
         // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
         unsafe {
-            self.context
-                .device
+            self.device()
                 .cmd_draw_indirect(self.commands, arguments.handle, 0, 1, 0);
-            self.context.device.cmd_end_rendering(self.commands);
+            self.device().cmd_end_rendering(self.commands);
         }
     }
 
@@ -325,10 +343,8 @@ impl Recorder {
         self.use_pipeline(pipeline, push);
         // SAFETY: pipeline, resources and target are bound.
         unsafe {
-            self.context
-                .device
-                .cmd_draw(self.commands, vertices, 1, 0, 0);
-            self.context.device.cmd_end_rendering(self.commands);
+            self.device().cmd_draw(self.commands, vertices, 1, 0, 0);
+            self.device().cmd_end_rendering(self.commands);
         }
     }
 
@@ -357,7 +373,7 @@ impl Recorder {
             .render_area(area)
             .layer_count(1)
             .color_attachments(&attachments);
-        let device = &self.context.device;
+        let device = self.device();
         // SAFETY: a recording command buffer and a target in layout GENERAL.
         unsafe {
             device.cmd_begin_rendering(self.commands, &info);
@@ -373,7 +389,7 @@ impl Recorder {
             pipeline.push_bytes as usize,
             "push constants match the shader"
         );
-        let device = &self.context.device;
+        let device = self.device();
         // SAFETY: a recording command buffer and a pipeline of this device.
         unsafe {
             device.cmd_bind_pipeline(self.commands, pipeline.bind_point, pipeline.handle);
@@ -403,7 +419,7 @@ impl Recorder {
     pub fn clear(&mut self, image: &Image) {
         // SAFETY: an image in layout GENERAL.
         unsafe {
-            self.context.device.cmd_clear_color_image(
+            self.device().cmd_clear_color_image(
                 self.commands,
                 image.handle,
                 vk::ImageLayout::GENERAL,
@@ -430,8 +446,7 @@ impl Recorder {
         }];
         // SAFETY: both buffers hold at least `bytes`.
         unsafe {
-            self.context
-                .device
+            self.device()
                 .cmd_copy_buffer(self.commands, from.handle, to.handle, &region)
         };
     }
@@ -446,7 +461,7 @@ impl Recorder {
         let region = [image_copy(level, [0, 0], extent)];
         // SAFETY: the buffer holds the level; the image is in layout GENERAL.
         unsafe {
-            self.context.device.cmd_copy_buffer_to_image(
+            self.device().cmd_copy_buffer_to_image(
                 self.commands,
                 from.handle,
                 to.handle,
@@ -466,7 +481,7 @@ impl Recorder {
         let region = [image_copy(0, offset, extent)];
         // SAFETY: the buffer holds the rectangle; the image is in layout GENERAL.
         unsafe {
-            self.context.device.cmd_copy_image_to_buffer(
+            self.device().cmd_copy_image_to_buffer(
                 self.commands,
                 from.handle,
                 vk::ImageLayout::GENERAL,
@@ -487,11 +502,7 @@ impl Recorder {
             .subresource_range(range)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
         // SAFETY: a new image of this device.
-        unsafe {
-            self.context
-                .device
-                .cmd_pipeline_barrier2(self.commands, &info)
-        };
+        unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
     }
 }
 
@@ -523,14 +534,56 @@ fn image_copy(level: u32, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> vk::Bu
         })
 }
 
+/// Workgroups of `local_size` threads that hold `threads`.
+fn groups(threads: [u32; 3], local_size: [u32; 3]) -> [u32; 3] {
+    [0, 1, 2].map(|axis| threads[axis].div_ceil(local_size[axis]))
+}
+
+/// What a submission of these passes does, for messages: each name once.
+fn running(names: &[&'static str]) -> String {
+    let mut unique: Vec<&str> = Vec::new();
+    for name in names {
+        if !unique.contains(name) {
+            unique.push(name);
+        }
+    }
+    match unique.as_slice() {
+        [] => "copying to or from the device".into(),
+        [only] => format!("the pass {only}"),
+        several => format!("one of the passes {}", several.join(", ")),
+    }
+}
+
 impl Drop for Recorder {
     fn drop(&mut self) {
         let device = &self.context.device;
         // SAFETY: submissions are waited for; null handles are allowed.
         unsafe {
-            device.destroy_query_pool(self.queries, None);
             device.destroy_fence(self.fence, None);
             device.destroy_command_pool(self.pool, None);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_fill_whole_groups() {
+        assert_eq!(groups([1, 65, 0], [64, 8, 1]), [1, 9, 0]);
+        assert_eq!(groups([u32::MAX, 64, 1], [64, 64, 1]), [1 << 26, 1, 1]);
+    }
+
+    /// A lost device names the passes that were on it.
+    #[test]
+    fn failures_name_the_passes_in_flight() {
+        let lost = |names| device_error(&running(names))(vk::Result::ERROR_DEVICE_LOST).to_string();
+        let several = lost(&["clear", "project", "splat", "project", "splat"]);
+        let start =
+            "one of the passes clear, project, splat failed on the device: the device was lost";
+        assert!(several.starts_with(start), "{several}");
+        assert!(lost(&["shade"]).starts_with("the pass shade failed"));
+        assert!(lost(&[]).starts_with("copying to or from the device failed"));
     }
 }

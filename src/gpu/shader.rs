@@ -36,7 +36,7 @@ pub struct StructLayout {
     pub fields: &'static [(&'static str, usize)],
 }
 
-/// One static a shader, and [`shaders::STRUCTS`].
+/// One static a shader, [`shaders::ALL`] of them, and [`shaders::STRUCTS`].
 #[allow(clippy::unreadable_literal)]
 pub mod shaders {
     include!(concat!(env!("OUT_DIR"), "/shaders.rs"));

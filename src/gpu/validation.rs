@@ -11,8 +11,8 @@ const ALLOWED: &[(&str, &str)] = &[(
      that matters here",
 )];
 
-/// Where the debug messenger puts what the layers say.
-#[derive(Default)]
+/// What the layers say, from making the instance to its end.
+#[derive(Debug, Default)]
 pub struct Messages(Mutex<Vec<String>>);
 
 impl Messages {
@@ -21,8 +21,13 @@ impl Messages {
         self.0.lock().expect("no panic while held").clone()
     }
 
+    /// Everything said since the last call.
+    pub fn take(&self) -> Vec<String> {
+        std::mem::take(&mut self.0.lock().expect("no panic while held"))
+    }
+
     /// Create-info for a messenger that writes here; `self` must outlive the messenger.
-    pub fn messenger_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'_> {
+    pub(super) fn messenger_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'_> {
         use vk::{
             DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type,
         };

@@ -37,11 +37,8 @@ impl Direct {
                 has_environment: u32::from(scene.has_environment),
                 rotation: scene.rotation,
             };
-            recorder.dispatch(
-                &self.pipeline,
-                &push,
-                [tile.size[0].div_ceil(8), tile.size[1].div_ceil(8), 1],
-            );
+            let [width, height] = tile.size;
+            recorder.dispatch(&self.pipeline, &push, [width, height, 1]);
         }
     }
 }

@@ -185,7 +185,8 @@ impl Renderer {
         self.recorder.wait_each_pass(wait);
     }
 
-    /// Times of the passes since the last call.
+    /// Times of the passes of the last submission; where each is submitted on its own, of all
+    /// since the last call.
     pub fn take_times(&mut self) -> Vec<PassTime> {
         self.recorder.take_times()
     }

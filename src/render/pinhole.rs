@@ -15,7 +15,6 @@ pub struct Pinhole {
     pipeline: Pipeline,
     epsilon: f32,
     spread: f32,
-    _profiles: Buffer,
 }
 
 impl Pinhole {
@@ -46,7 +45,6 @@ impl Pinhole {
             pipeline,
             epsilon: settings.epsilon,
             spread: if settings.filter { SPREAD } else { 0.0 },
-            _profiles: profiles,
         })
     }
 
@@ -71,11 +69,8 @@ impl Pinhole {
                 has_environment: u32::from(scene.has_environment),
                 trace: u32::from(scene.trace),
             };
-            recorder.dispatch(
-                &self.pipeline,
-                &push,
-                [tile.size[0].div_ceil(8), tile.size[1].div_ceil(8), 1],
-            );
+            let [width, height] = tile.size;
+            recorder.dispatch(&self.pipeline, &push, [width, height, 1]);
         }
     }
 }

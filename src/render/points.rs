@@ -14,7 +14,6 @@ const BATCH: u32 = 1 << 17;
 pub struct Points {
     trace: Pipeline,
     draw: Pipeline,
-    splats: Buffer,
     /// Of each sun.
     points: u32,
     /// (first point, points)
@@ -61,7 +60,6 @@ impl Points {
         Ok(Self {
             trace,
             draw,
-            splats,
             points,
             batches,
         })
@@ -77,7 +75,7 @@ impl Points {
             receiver_count: scene.tiles.len() as u32,
             trace: u32::from(scene.trace),
         };
-        recorder.dispatch(&self.trace, &push, [batch_points.div_ceil(64), 1, 1]);
+        recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);
     }
 
     pub fn record_draw(
@@ -87,7 +85,6 @@ impl Points {
         batch: (u32, u32),
         map: &Image,
     ) {
-        debug_assert!(self.splats.bytes() > 0);
         let push = PointsDrawPush {
             atlas_size: Vec2::new(map.width as f32, map.height as f32),
         };

@@ -30,8 +30,6 @@ pub struct Project {
     patch_count: u32,
     receiver_count: u32,
     trace: bool,
-    /// Bound to the pipelines and not named again.
-    _bound: [Buffer; 3],
 }
 
 impl Project {
@@ -97,7 +95,6 @@ impl Project {
             patch_count: scene.patch_count,
             receiver_count,
             trace: scene.trace,
-            _bound: [counts, group_counts, profiles],
         })
     }
 
@@ -111,7 +108,7 @@ impl Project {
             flat_spread: FLAT_SPREAD,
             trace: u32::from(self.trace),
         };
-        recorder.dispatch(&self.project, &push, [pair_count.div_ceil(GROUP), 1, 1]);
+        recorder.dispatch(&self.project, &push, [pair_count, 1, 1]);
     }
 
     pub fn record_compact(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
@@ -119,6 +116,6 @@ impl Project {
             pair_count,
             slots: SLOTS * self.receiver_count,
         };
-        recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(GROUP), 1, 1]);
+        recorder.dispatch(&self.compact, &push, [pair_count, 1, 1]);
     }
 }

@@ -33,10 +33,6 @@ impl Sample {
             patch_count: scene.patch_count,
             reflector_count: scene.reflector_count,
         };
-        recorder.dispatch(
-            &self.pipeline,
-            &push,
-            [scene.patch_count.div_ceil(64), 1, 1],
-        );
+        recorder.dispatch(&self.pipeline, &push, [scene.patch_count, 1, 1]);
     }
 }

@@ -59,7 +59,7 @@ impl Shade {
             forward: forward.as_vec3(),
             side,
         };
-        let groups = [self.view.width.div_ceil(8), self.view.height.div_ceil(8), 1];
-        recorder.dispatch(&self.pipeline, &push, groups);
+        let pixels = [self.view.width, self.view.height, 1];
+        recorder.dispatch(&self.pipeline, &push, pixels);
     }
 }

@@ -4,7 +4,7 @@
 
 use assert_cmd::Command;
 use glam::DVec3;
-use nephroid::gpu::{Context, ContextOptions};
+use nephroid::gpu::{Context, ContextOptions, Messages};
 use nephroid::image_file::RgbImage;
 use nephroid::measure;
 use nephroid::reference::{Options, Reference, caustic};
@@ -137,13 +137,17 @@ pub fn validated_context() -> Arc<Context> {
     Context::new(&options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A device under the validation layers on which any message fails the test, at the latest when
-/// this is dropped.
-pub struct Device(pub Arc<Context>);
+/// A device under the validation layers on which any message fails the test, once this is dropped
+/// and with it, in this order, the device.
+pub struct Device(pub Arc<Context>, Silence);
+
+pub struct Silence(Arc<Messages>);
 
 impl Device {
     pub fn open() -> Self {
-        Self(validated_context())
+        let context = validated_context();
+        let messages = context.messages();
+        Self(context, Silence(messages))
     }
 
     pub fn renderer(&self, scene: &Scene, settings: &Settings) -> Renderer {
@@ -174,9 +178,9 @@ impl Device {
     }
 }
 
-impl Drop for Device {
+impl Drop for Silence {
     fn drop(&mut self) {
-        let messages = self.0.validation_messages();
+        let messages = self.0.all();
         if !std::thread::panicking() {
             assert!(messages.is_empty(), "{}", messages.join("\n"));
         }

@@ -1,0 +1,169 @@
+//! What the layer over Vulkan promises: limits are errors, failures can be recovered from,
+//! resources stay alive, times are complete.
+
+mod common;
+
+use common::Device;
+use nephroid::Error;
+use nephroid::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Sampling, shaders};
+use std::sync::Arc;
+
+/// A pipeline of compact.comp over 64 pairs with one footprint each, of which only `order` lives
+/// on elsewhere.
+fn compact(context: &Arc<Context>, order: &Buffer) -> Pipeline {
+    let buffer = |name, words| Buffer::with_data(context, name, &vec![1u32; words]).unwrap();
+    let resources = [
+        ("counts", Resource::Buffer(&buffer("counts", 64))),
+        ("group_counts", Resource::Buffer(&buffer("groups", 2))),
+        ("order", Resource::Buffer(order)),
+        ("arguments", Resource::Buffer(&buffer("arguments", 6))),
+    ];
+    Pipeline::compute(context, &shaders::COMPACT_COMP, &resources).unwrap()
+}
+
+fn order(context: &Arc<Context>) -> Buffer {
+    Buffer::with_data(context, "order", &[u32::MAX; 64]).unwrap()
+}
+
+/// compact.comp lists slot 2 i of pair i. Buffers that were dropped would be reused and garbled,
+/// and the layers would say so.
+#[test]
+fn pipelines_keep_what_is_bound_to_them() {
+    let device = Device::open();
+    let order = order(&device.0);
+    let pipeline = compact(&device.0, &order);
+    for _ in 0..8 {
+        Buffer::with_data(&device.0, "in the way", &[7u32; 64]).unwrap();
+    }
+    let mut recorder = Recorder::new(&device.0).unwrap();
+    recorder.dispatch(&pipeline, &[64u32, 2], [64, 1, 1]);
+    recorder.submit().unwrap();
+    let expected: Vec<u32> = (0..64).map(|pair| 2 * pair).collect();
+    assert_eq!(order.read::<u32>(64).unwrap(), expected);
+}
+
+/// More groups than any device takes along y: nothing runs, and the recorder goes on.
+#[test]
+fn a_dispatch_beyond_the_limit_is_an_error() {
+    let device = Device::open();
+    let order = order(&device.0);
+    let pipeline = compact(&device.0, &order);
+    let push = [64u32, 2];
+    let mut recorder = Recorder::new(&device.0).unwrap();
+    recorder
+        .pass("too much", |r| {
+            r.dispatch(&pipeline, &push, [64, 1, 1]);
+            r.dispatch(&pipeline, &push, [64, u32::MAX, 1]);
+        })
+        .unwrap();
+    let error = recorder.submit().unwrap_err();
+    assert!(matches!(error, Error::Device { .. }), "{error}");
+    for part in ["compact.comp", "4294967295 workgroups", "remedy"] {
+        assert!(error.to_string().contains(part), "{error}");
+    }
+    assert_eq!(order.read::<u32>(64).unwrap(), [u32::MAX; 64]);
+    assert!(recorder.take_times().is_empty());
+
+    recorder
+        .pass("enough", |r| r.dispatch(&pipeline, &push, [64, 1, 1]))
+        .unwrap();
+    recorder.submit().unwrap();
+    assert_eq!(order.read::<u32>(64).unwrap()[63], 126);
+    let names: Vec<_> = recorder.take_times().iter().map(|t| t.name).collect();
+    assert_eq!(names, ["enough"]);
+}
+
+#[test]
+fn every_pass_is_timed_however_many() {
+    let device = Device::open();
+    let mut recorder = Recorder::new(&device.0).unwrap();
+    let mut frame = |passes: usize| {
+        for _ in 1..passes {
+            recorder.pass("most", |_| {}).unwrap();
+        }
+        recorder.pass("last", |_| {}).unwrap();
+        recorder.submit().unwrap();
+    };
+    frame(3);
+    frame(700); // nobody takes the times of the three
+    frame(600);
+    let times = recorder.take_times();
+    assert_eq!(times.len(), 600);
+    assert!(
+        times
+            .iter()
+            .all(|time| time.gpu.is_some_and(|s| (0.0..1.0).contains(&s)))
+    );
+    assert!(times[..599].iter().all(|time| time.name == "most"));
+    assert_eq!(times[599].name, "last");
+
+    // Submitted one by one, they wait to be taken.
+    recorder.wait_each_pass(true);
+    for _ in 0..300 {
+        recorder.pass("alone", |_| {}).unwrap();
+    }
+    let times = recorder.take_times();
+    assert_eq!(times.len(), 300);
+    assert!(
+        times
+            .iter()
+            .all(|t| t.gpu.is_some() && t.wall.is_some_and(|s| s > 0.0))
+    );
+    assert!(recorder.take_times().is_empty());
+}
+
+#[test]
+fn an_image_beyond_the_limit_is_an_error() {
+    let device = Device::open();
+    let most = device.0.max_image_side();
+    let image = |size| Image::new(&device.0, "strip", size, 1, Sampling::Clamp);
+    image([most, 1]).unwrap();
+    for size in [[most + 1, 1], [1, most + 1]] {
+        let error = image(size).err().unwrap();
+        assert!(matches!(error, Error::Device { .. }), "{error}");
+        assert!(error.to_string().contains("strip"), "{error}");
+    }
+}
+
+/// One queue, several threads: the layers report unlocked use.
+#[test]
+fn threads_share_the_queue() {
+    let device = Device::open();
+    std::thread::scope(|scope| {
+        for thread in 0..4u32 {
+            let context = &device.0;
+            scope.spawn(move || {
+                for round in 0..20 {
+                    let data = [thread, round];
+                    let buffer = Buffer::with_data(context, "shared", &data).unwrap();
+                    assert_eq!(buffer.read::<u32>(2).unwrap(), data);
+                }
+            });
+        }
+    });
+}
+
+fn small_image(device: &Device) -> Image {
+    Image::new(&device.0, "small", [4, 2], 1, Sampling::Clamp).unwrap()
+}
+
+#[test]
+fn the_whole_of_an_image_or_buffer_can_be_read() {
+    let device = Device::open();
+    assert_eq!(small_image(&device).read([0, 0], [4, 2]).unwrap().len(), 8);
+    assert_eq!(order(&device.0).read::<u32>(64).unwrap().len(), 64);
+}
+
+#[test]
+#[should_panic(expected = "65 elements of 4 bytes are read from a buffer of 256")]
+fn reading_beyond_a_buffer_panics() {
+    let device = Device::open();
+    let _ = order(&device.0).read::<u32>(65);
+}
+
+#[test]
+#[should_panic(expected = "are read from an image")]
+fn reading_beyond_an_image_panics() {
+    let device = Device::open();
+    let _ = small_image(&device).read([1, 0], [4, 2]);
+}
