@@ -1,4 +1,5 @@
-// compact: lists the slots that project filled, in their order, and writes the draw's arguments.
+// compact: lists the slots that project filled, in their order, and writes how much splat has to
+// draw and resolve to add.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -10,10 +11,16 @@ layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; 
 layout(std430, binding = 2) writeonly buffer Order { uint order[]; };
 // VkDrawIndirectCommand, then the numbers of footprints and of lit pairs
 layout(std430, binding = 3) writeonly buffer Arguments { uint arguments[6]; };
+layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 5) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
+// VkDispatchIndirectCommand by the level that is added to
+layout(std430, binding = 6) writeonly buffer Steps { uint steps[]; };
 layout(push_constant) uniform CompactPush {
     uint pair_count;
-    uint slots;          // of a pair
+    uint receiver_count;
 } push;
+
+#include "receiver.glsl"
 
 shared uvec2 sums[GROUP];
 
@@ -44,7 +51,7 @@ void main() {
     uint local = gl_GlobalInvocationID.x;
     uint count = local < push.pair_count ? counts[local] : 0;
     uint rank = before.x + exclusive_sum(uvec2(count, min(count, 1)), here).x;
-    for (uint i = 0; i < count; i++) order[rank + i] = local * push.slots + i;
+    for (uint i = 0; i < count; i++) order[rank + i] = local * 2 * push.receiver_count + i;
 
     if (gl_WorkGroupID.x == gl_NumWorkGroups.x - 1 && gl_LocalInvocationIndex == 0) {
         uvec2 total = before + here;
@@ -54,5 +61,19 @@ void main() {
         arguments[3] = 0;
         arguments[4] = total.x;
         arguments[5] = total.y;
+
+        uint used = 0;
+        uvec2 largest = uvec2(0);
+        for (uint i = 0; i < push.receiver_count; i++) {
+            used |= coarse[i];
+            largest = max(largest, uvec2(receivers[i].width, receivers[i].height));
+        }
+        for (int level = 0; level < COARSEST; level++) {
+            uvec2 threads = ((largest - 1) >> level) + 3;
+            bool needed = used >> (level + 1) != 0;
+            steps[3 * level] = needed ? (threads.x + GROUP - 1) / GROUP : 0;
+            steps[3 * level + 1] = threads.y;
+            steps[3 * level + 2] = push.receiver_count;
+        }
     }
 }

@@ -22,16 +22,14 @@ void main() {
     int around = push.level > 0 ? 1 : 0;
     ivec2 size = fine.size + 2 * around;
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy) - around;
-    if (texel.x >= size.x - around) return;
-    for (; texel.y < size.y - around; texel.y += int(gl_NumWorkGroups.y)) {
-        // Three quarters of the texel that this one lies in, a quarter of the nearest beside it.
-        ivec2 near = texel >> 1;
-        ivec2 next = near + 2 * (texel & 1) - 1;
-        vec4 row = 0.75 * imageLoad(light_map, wide.origin + near)
-            + 0.25 * imageLoad(light_map, wide.origin + ivec2(next.x, near.y));
-        vec4 beside = 0.75 * imageLoad(light_map, wide.origin + ivec2(near.x, next.y))
-            + 0.25 * imageLoad(light_map, wide.origin + next);
-        ivec2 place = fine.origin + texel;
-        imageStore(light_map, place, imageLoad(light_map, place) + 0.75 * row + 0.25 * beside);
-    }
+    if (any(greaterThanEqual(texel, size - around))) return;
+    // Three quarters of the texel that this one lies in, a quarter of the nearest beside it.
+    ivec2 near = texel >> 1;
+    ivec2 next = near + 2 * (texel & 1) - 1;
+    vec4 row = 0.75 * imageLoad(light_map, wide.origin + near)
+        + 0.25 * imageLoad(light_map, wide.origin + ivec2(next.x, near.y));
+    vec4 beside = 0.75 * imageLoad(light_map, wide.origin + ivec2(near.x, next.y))
+        + 0.25 * imageLoad(light_map, wide.origin + next);
+    ivec2 place = fine.origin + texel;
+    imageStore(light_map, place, imageLoad(light_map, place) + 0.75 * row + 0.25 * beside);
 }

@@ -319,6 +319,24 @@ impl Recorder {
         };
     }
 
+    /// Runs as many workgroups as command number `index` of `arguments` (`VkDispatchIndirectCommand`)
+    /// says.
+    pub fn dispatch_indirect<P: Pod>(
+        &mut self,
+        pipeline: &Pipeline,
+        push: &P,
+        arguments: &Buffer,
+        index: u32,
+    ) {
+        let offset = u64::from(index) * size_of::<vk::DispatchIndirectCommand>() as u64;
+        self.use_pipeline(pipeline, push);
+        // SAFETY: pipeline and resources are bound; the buffer holds the command.
+        unsafe {
+            self.device()
+                .cmd_dispatch_indirect(self.commands, arguments.handle, offset)
+        };
+    }
+
     /// Draws into `target` as many vertices as `arguments` (a `VkDrawIndirectCommand`) say.
     pub fn draw_indirect<P: Pod>(
         &mut self,

@@ -58,7 +58,7 @@ mirrors! {
         first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
         spread: f32, flat_spread: f32, trace: u32,
     }
-    CompactPush { pair_count: u32, slots: u32, }
+    CompactPush { pair_count: u32, receiver_count: u32, }
     SplatPush { atlas_size: Vec2, }
     ResolvePush { level: i32, }
     PointsPush {
@@ -116,7 +116,11 @@ mod tests {
                     ("right_link", 28),
                 ][..],
             ),
-            ("CompactPush", 12, &[("pair_count", 0), ("slots", 4)]),
+            (
+                "CompactPush",
+                12,
+                &[("pair_count", 0), ("receiver_count", 4)],
+            ),
             ("Nothing", 4, &[]),
         ] {
             assert_eq!(

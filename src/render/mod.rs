@@ -252,7 +252,7 @@ impl Renderer {
                         );
                     })?;
                 }
-                recorder.pass("resolve", |r| resolve.record(r))?;
+                recorder.pass("resolve", |r| resolve.record(r, project))?;
             }
             Caustic::Pinhole { sample, pinhole } => {
                 recorder.pass("sample", |r| {

@@ -3,7 +3,7 @@
 
 use super::kernel::{FLAT_SPREAD, SPREAD, profiles};
 use super::layout::{CompactPush, Footprint, ProjectPush};
-use super::upload::DeviceScene;
+use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
@@ -25,6 +25,8 @@ pub struct Project {
     pub arguments: Buffer,
     /// Bit l is set for receivers that have footprints in level l of their light map.
     pub coarse: Buffer,
+    /// A `VkDispatchIndirectCommand` for every step of resolve, by the level that is added to.
+    pub steps: Buffer,
     /// (first pair, pairs): pairs are patch × sun.
     pub batches: Vec<(u32, u32)>,
     patch_count: u32,
@@ -56,6 +58,7 @@ impl Project {
         )?;
         let arguments = Buffer::new(context, "draw arguments", 24)?;
         let coarse = Buffer::new(context, "coarse levels", 4 * u64::from(receiver_count))?;
+        let steps = Buffer::new(context, "resolve steps", 12 * u64::from(COARSEST))?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
         let project = Pipeline::compute(
             context,
@@ -82,6 +85,9 @@ impl Project {
                 ("group_counts", Resource::Buffer(&group_counts)),
                 ("order", Resource::Buffer(&order)),
                 ("arguments", Resource::Buffer(&arguments)),
+                ("receivers", Resource::Buffer(&scene.receivers)),
+                ("coarse", Resource::Buffer(&coarse)),
+                ("steps", Resource::Buffer(&steps)),
             ],
         )?;
         Ok(Self {
@@ -91,6 +97,7 @@ impl Project {
             order,
             arguments,
             coarse,
+            steps,
             batches: batches.collect(),
             patch_count: scene.patch_count,
             receiver_count,
@@ -114,7 +121,7 @@ impl Project {
     pub fn record_compact(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
         let push = CompactPush {
             pair_count,
-            slots: SLOTS * self.receiver_count,
+            receiver_count: self.receiver_count,
         };
         recorder.dispatch(&self.compact, &push, [pair_count, 1, 1]);
     }

@@ -2,19 +2,13 @@
 
 use super::layout::ResolvePush;
 use super::project::Project;
-use super::upload::{DeviceScene, coarsest_level};
+use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
 use crate::gpu::{Access, Context, Image, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
 
-/// Rows of a light map that are worked on side by side; their threads go on to the others.
-const ROWS: u32 = 64;
-
 pub struct Resolve {
     pipeline: Pipeline,
-    /// Threads a receiver of each step, from the coarsest level to be added to, to level 0.
-    steps: Vec<(i32, [u32; 2])>,
-    receiver_count: u32,
 }
 
 impl Resolve {
@@ -33,30 +27,16 @@ impl Resolve {
                 ("light_map", Resource::Image(light_map)),
             ],
         )?;
-        let sizes = || scene.tiles.iter().map(|tile| tile.size);
-        let coarsest = sizes().map(coarsest_level).max().unwrap_or(0);
-        let threads = |level: u32| {
-            let side = |axis: usize| sizes().map(|size| (size[axis] >> level) + 3).max();
-            [side(0).unwrap_or(0), side(1).unwrap_or(0).min(ROWS)]
-        };
-        Ok(Self {
-            pipeline,
-            steps: (0..coarsest)
-                .rev()
-                .map(|level| (level as i32, threads(level)))
-                .collect(),
-            receiver_count: scene.tiles.len() as u32,
-        })
+        Ok(Self { pipeline })
     }
 
-    pub fn record(&self, recorder: &mut Recorder) {
-        for (level, [width, rows]) in &self.steps {
-            let push = ResolvePush { level: *level };
-            recorder.dispatch(
-                &self.pipeline,
-                &push,
-                [width.div_ceil(64), *rows, self.receiver_count],
-            );
+    /// Steps of levels that have no footprints are empty.
+    pub fn record(&self, recorder: &mut Recorder, project: &Project) {
+        for level in (0..COARSEST).rev() {
+            let push = ResolvePush {
+                level: level as i32,
+            };
+            recorder.dispatch_indirect(&self.pipeline, &push, &project.steps, level);
             recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
         }
     }

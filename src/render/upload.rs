@@ -216,9 +216,11 @@ impl Soup {
     }
 }
 
+/// The coarsest level of any light map; as in receiver.glsl.
+pub const COARSEST: u32 = 5;
+
 /// The coarsest level of a light map that footprints are splatted into; as in receiver.glsl.
-pub fn coarsest_level(size: [u32; 2]) -> u32 {
-    const COARSEST: u32 = 5;
+fn coarsest_level(size: [u32; 2]) -> u32 {
     const FEWEST: u32 = 16;
     (size[0].min(size[1]) / FEWEST).max(1).ilog2().min(COARSEST)
 }
