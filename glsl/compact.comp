@@ -5,6 +5,8 @@
 #include "layout.glsl"
 
 const uint GROUP = 64;
+// Pairs of a thread: sums within a group are what costs, so there are few groups.
+const uint PAIRS = 8;
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
@@ -42,16 +44,20 @@ uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
 }
 
 void main() {
-    // What the groups before this one found.
+    // What the pairs before this group's have; project counted them in groups of 64.
     uvec2 part = uvec2(0);
-    for (uint group = gl_LocalInvocationIndex; group < gl_WorkGroupID.x; group += GROUP) part += group_counts[group];
+    for (uint group = gl_LocalInvocationIndex; group < gl_WorkGroupID.x * PAIRS; group += GROUP) part += group_counts[group];
     uvec2 before, here;
     exclusive_sum(part, before);
 
-    uint local = gl_GlobalInvocationID.x;
-    uint count = local < push.pair_count ? counts[local] : 0;
-    uint rank = before.x + exclusive_sum(uvec2(count, min(count, 1)), here).x;
-    for (uint i = 0; i < count; i++) order[rank + i] = local * 2 * push.receiver_count + i;
+    uint first = gl_GlobalInvocationID.x * PAIRS;
+    uint end = min(first + PAIRS, push.pair_count);
+    uvec2 own = uvec2(0);
+    for (uint pair = first; pair < end; pair++) own += uvec2(counts[pair], min(counts[pair], 1));
+    uint rank = before.x + exclusive_sum(own, here).x;
+    for (uint pair = first; pair < end; pair++) {
+        for (uint i = 0; i < counts[pair]; i++) order[rank++] = pair * 2 * push.receiver_count + i;
+    }
 
     if (gl_WorkGroupID.x == gl_NumWorkGroups.x - 1 && gl_LocalInvocationIndex == 0) {
         uvec2 total = before + here;

@@ -10,6 +10,8 @@ use std::sync::Arc;
 
 /// Workgroup size of project.comp and compact.comp.
 const GROUP: u32 = 64;
+/// Pairs of a thread of compact.comp.
+const PAIRS: u32 = 8;
 /// Footprints that a patch may throw on a receiver: one, and its fold.
 const SLOTS: u32 = 2;
 /// Bytes that the footprints of one batch may take.
@@ -123,6 +125,6 @@ impl Project {
             pair_count,
             receiver_count: self.receiver_count,
         };
-        recorder.dispatch(&self.compact, &push, [pair_count, 1, 1]);
+        recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(PAIRS), 1, 1]);
     }
 }
