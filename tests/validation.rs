@@ -39,7 +39,7 @@ fn write_then_read(context: &Arc<Context>, with_barrier: bool) {
     let (write, _others) = sample(context, &first, &second);
     let (read, _more) = sample(context, &second, &third);
     let mut recorder = Recorder::new(context).unwrap();
-    let push = [1u32, 1]; // patches, reflectors
+    let push = [0u32, 1, 1]; // first patch, patches, reflectors
     recorder.dispatch(&write, &push, [1, 1, 1]);
     if with_barrier {
         recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
@@ -97,7 +97,7 @@ fn too_large_a_dispatch_is_caught() {
             let [triangles, patches] = ["triangles", "patches"].map(|name| buffer(context, name));
             let (pipeline, _others) = sample(context, &triangles, &patches);
             let mut recorder = Recorder::new(context).unwrap();
-            recorder.dispatch(&pipeline, &[0u32, 1], [0, groups, 1]);
+            recorder.dispatch(&pipeline, &[0u32, 0, 1], [0, groups, 1]);
             recorder.submit().unwrap();
         })
     };

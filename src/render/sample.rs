@@ -6,6 +6,11 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
 
+/// Workgroup size of sample.comp.
+const GROUP: u32 = 64;
+/// Patches of a dispatch: no device takes fewer than 65 535 workgroups.
+const BATCH: u32 = 65_535 * GROUP;
+
 pub struct Sample {
     pipeline: Pipeline,
     pub patches: Buffer,
@@ -15,28 +20,20 @@ impl Sample {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene) -> Result<Self> {
         let bytes = u64::from(scene.patch_count) * size_of::<Patch>() as u64;
         let patches = Buffer::new(context, "patches", bytes)?;
-        let pipeline = Pipeline::compute(
-            context,
-            &shaders::SAMPLE_COMP,
-            &[
-                ("triangles", Resource::Buffer(&scene.triangles)),
-                ("normals", Resource::Buffer(&scene.normals)),
-                ("reflectors", Resource::Buffer(&scene.reflectors)),
-                ("patches", Resource::Buffer(&patches)),
-            ],
-        )?;
+        let own = [("patches", Resource::Buffer(&patches))];
+        let pipeline = scene.compute(context, &shaders::SAMPLE_COMP, &own)?;
         Ok(Self { pipeline, patches })
     }
 
     pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene) {
-        let push = SamplePush {
-            patch_count: scene.patch_count,
-            reflector_count: scene.reflector_count,
-        };
-        recorder.dispatch(
-            &self.pipeline,
-            &push,
-            [scene.patch_count.div_ceil(64), 1, 1],
-        );
+        for first_patch in (0..scene.patch_count).step_by(BATCH as usize) {
+            let push = SamplePush {
+                first_patch,
+                patch_count: scene.patch_count,
+                reflector_count: scene.reflector_count,
+            };
+            let patches = BATCH.min(scene.patch_count - first_patch);
+            recorder.dispatch(&self.pipeline, &push, [patches.div_ceil(GROUP), 1, 1]);
+        }
     }
 }
