@@ -50,8 +50,8 @@ bool intersect(Triangle triangle, vec3 origin, vec3 direction, float limit, out 
 // constant, so that the compiler keeps of each use only what it needs.
 Hit follow(vec3 origin, vec3 direction, float limit, uint self, bool shadow) {
     Hit hit = Hit(limit, NO_TRIANGLE, vec2(0.0));
-    uint plane = NO_TRIANGLE;
-    if (self != NO_TRIANGLE) plane = triangles[self].plane;
+    uint twin = NO_TRIANGLE;
+    if (self != NO_TRIANGLE) twin = triangles[self].twin;
     vec3 start = (origin - grid.lower) * grid.scale;
     vec3 inverse = safe_inverse(direction * grid.scale);
     uint stack[STACK];
@@ -65,7 +65,7 @@ Hit follow(vec3 origin, vec3 direction, float limit, uint self, bool shadow) {
                 float t;
                 vec2 uv;
                 Triangle triangle = triangles[i];
-                bool counts = triangle.plane != plane && (!shadow || triangle.blocks != 0);
+                bool counts = i != self && i != twin && (!shadow || triangle.blocks != 0);
                 if (counts && intersect(triangle, origin, direction, hit.distance, t, uv)) {
                     hit = Hit(t, i, uv);
                     if (shadow) return hit;

@@ -25,7 +25,7 @@ macro_rules! mirrors {
 }
 
 mirrors! {
-    Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, plane: u32, }
+    Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, twin: u32, }
     Normals { n0: Vec3, unused0: f32, n1: Vec3, unused1: f32, n2: Vec3, unused2: f32, }
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }

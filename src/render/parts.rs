@@ -27,7 +27,11 @@ pub fn parts([width, height]: [u32; 2], rays: u64) -> impl Iterator<Item = Part>
     let whole = [width, height].map(|side| side.div_ceil(GROUP));
     let columns = groups.min(whole[0].into()) as u32;
     let rows = (groups / u64::from(columns)).min(whole[1].into()) as u32;
-    let starts = move |row| (0..whole[0]).step_by(columns as usize).map(move |x| [x, row]);
+    let starts = move |row| {
+        (0..whole[0])
+            .step_by(columns as usize)
+            .map(move |x| [x, row])
+    };
     (0..whole[1])
         .step_by(rows as usize)
         .flat_map(starts)
@@ -71,7 +75,7 @@ mod tests {
             ([1, 1], 1_000_000_000, 1),
             ([100, 60], 1_000_000, 13 * 8),
             ([16384, 16384], 20, 100),
-            ([16384, 9], 8464, 32),
+            ([16384, 9], 8464, 34),
         ] {
             let [columns, rows] = size.map(|side: u32| side.div_ceil(GROUP) as usize);
             let mut covered = vec![0u8; columns * rows];

@@ -37,3 +37,55 @@ impl Sample {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::ContextOptions;
+    use crate::render::Settings;
+    use crate::render::layout::Triangle;
+    use std::path::Path;
+
+    /// The patches of a finely cut triangle are its n² cells, each once.
+    #[test]
+    fn patches_tile_their_triangle() {
+        const N: u32 = 600;
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/mirror.toml");
+        let scene = crate::scene::load(&file).unwrap().scene;
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        let settings = Settings {
+            samples: 2 * N * N,
+            ..Settings::default()
+        };
+        let device = DeviceScene::new(&context, &scene, &settings).unwrap();
+        assert_eq!(device.patch_count, 2 * N * N);
+        let sample = Sample::new(&context, &device).unwrap();
+        let mut recorder = Recorder::new(&context).unwrap();
+        sample.record(&mut recorder, &device);
+        recorder.submit().unwrap();
+
+        let triangles = device.triangles.read::<Triangle>(4).unwrap();
+        let patches = sample.patches.read::<Patch>(2 * (N * N) as usize).unwrap();
+        let n = N as usize;
+        for patches in patches.chunks(n * n) {
+            let triangle = triangles[patches[0].triangle as usize];
+            let mut seen = vec![false; 2 * n * n];
+            for patch in patches {
+                assert_eq!(patch.triangle, patches[0].triangle);
+                let from_corner = patch.position - triangle.position;
+                let along =
+                    |edge: glam::Vec3| N as f32 * from_corner.dot(edge) / edge.length_squared();
+                // The edges from a rect's first corner are not both perpendicular.
+                let (a, b) = (triangle.edge1, triangle.edge2);
+                let overlap = [a.dot(b) / a.length_squared(), a.dot(b) / b.length_squared()];
+                let (s, t) = (along(a), along(b));
+                let share = 1.0 - overlap[0] * overlap[1];
+                let (s, t) = ((s - overlap[0] * t) / share, (t - overlap[1] * s) / share);
+                let turned = s.fract() + t.fract() > 1.0;
+                assert!(s + t < N as f32, "{s} {t}");
+                let cell = 2 * (t as usize * n + s as usize) + usize::from(turned);
+                assert!(!std::mem::replace(&mut seen[cell], true), "twice: {s} {t}");
+            }
+        }
+    }
+}

@@ -5,8 +5,8 @@
 
 use super::Settings;
 use super::bvh::Bvh;
-use super::parts::{Part, parts};
 use super::layout::{self, DIFFUSE, MIRROR, NO_RECEIVER};
+use super::parts::{Part, parts};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Resource, Sampling, Shader};
 use crate::scene::{EnvironmentMap, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
@@ -120,8 +120,7 @@ impl DeviceScene {
         }
 
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
-        let (reflectors, patch_count) =
-            reflectors(scene, &soup, &suns, all_lit, settings.samples)?;
+        let (reflectors, patch_count) = reflectors(scene, &soup, &suns, all_lit, settings.samples)?;
         let trace = can_block(scene, &meshes);
         if !trace {
             notes.push(
@@ -240,7 +239,7 @@ impl Soup {
                     edge1: (p1 - p0).as_vec3(),
                     blocks: u32::from(object.blocks_light),
                     edge2: (p2 - p0).as_vec3(),
-                    plane: 0, // known when they are in order
+                    twin: 0, // known when they are in order
                 });
                 normals.push(layout::Normals {
                     n0,
@@ -268,12 +267,15 @@ impl Soup {
             .concat(),
         };
         let mut of_rect = vec![None; scene.objects.len()];
-        for (index, triangle) in (0..).zip(&mut soup.triangles) {
-            let object = triangle.object as usize;
-            triangle.plane = match scene.objects[object].geometry {
-                Geometry::Rect(_) => *of_rect[object].get_or_insert(index),
-                Geometry::Mesh(_) => index,
-            };
+        for index in 0..soup.triangles.len() {
+            soup.triangles[index].twin = index as u32;
+            let object = soup.triangles[index].object as usize;
+            if let Geometry::Rect(_) = scene.objects[object].geometry
+                && let Some(other) = of_rect[object].replace(index)
+            {
+                soup.triangles[index].twin = other as u32;
+                soup.triangles[other].twin = index as u32;
+            }
         }
         Ok(soup)
     }
@@ -404,7 +406,9 @@ fn reflectors(
         let pairs = patch_count.saturating_mul(suns.len().max(1) as u64);
         if pairs > MOST_PAIRS {
             return Err(Error::Usage {
-                reason: format!("{samples} samples make more than {MOST_PAIRS} patches, counted once a sun"),
+                reason: format!(
+                    "{samples} samples make more than {MOST_PAIRS} patches, counted once a sun"
+                ),
                 remedy: "ask for fewer samples".into(),
             });
         }
