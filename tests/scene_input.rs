@@ -246,7 +246,7 @@ fn bad_scene_files_are_refused_with_their_place() {
         ("material = \"plaster\"\n", "", "line 37, column 8", "`material` is missing"),
         ("[32, 16]", "[0, 16]", "line 40, column 12", "1 to 8192 texels a side, not 0"),
         ("[32, 16]", "[32, 8193]", "line 40, column 12", "1 to 8192 texels a side, not 8193"),
-        ("[32, 16]", "[-1, 16]", "line 40, column 12", "not within 1 and 16384"),
+        ("[32, 16]", "[-1, 16]", "line 40, column 12", "1 to 8192 texels a side, not -1"),
         ("[32, 16]", "32", "line 40, column 12", "invalid type"),
     ];
     for (from, to, place, reason) in cases {

@@ -38,11 +38,10 @@ bool intersect(Triangle triangle, vec3 origin, vec3 direction, float limit, out 
     float determinant = dot(triangle.edge1, p);
     vec3 s = origin - triangle.position;
     vec3 q = cross(s, triangle.edge1);
-    bool parallel = determinant == 0.0;
-    float divisor = parallel ? 1.0 : determinant;
-    uv = vec2(dot(s, p), dot(direction, q)) / divisor;
-    t = dot(triangle.edge2, q) / divisor;
-    return !parallel && uv.x >= 0.0 && uv.y >= 0.0 && uv.x + uv.y <= 1.0 && t > 0.0 && t < limit;
+    uv = vec2(dot(s, p), dot(direction, q)) / determinant;
+    t = dot(triangle.edge2, q) / determinant;
+    // What a division by zero gives is undefined.
+    return determinant != 0.0 && uv.x >= 0.0 && uv.y >= 0.0 && uv.x + uv.y <= 1.0 && t > 0.0 && t < limit;
 }
 
 // The nearest surface that a ray meets before `limit`; or, for shadows, any that casts them. The
