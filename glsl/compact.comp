@@ -56,7 +56,8 @@ void main() {
     for (uint pair = first; pair < end; pair++) own += uvec2(counts[pair], min(counts[pair], 1));
     uint rank = before.x + exclusive_sum(own, here).x;
     for (uint pair = first; pair < end; pair++) {
-        for (uint i = 0; i < counts[pair]; i++) order[rank++] = pair * 2 * push.receiver_count + i;
+        uint count = counts[pair]; // not in the condition: the validation layer breaks there
+        for (uint i = 0; i < count; i++) order[rank++] = pair * 2 * push.receiver_count + i;
     }
 
     if (gl_WorkGroupID.x == gl_NumWorkGroups.x - 1 && gl_LocalInvocationIndex == 0) {

@@ -11,7 +11,9 @@ layout(std430, binding = 3) readonly buffer Receivers { Receiver receivers[]; };
 layout(binding = 4) uniform sampler2D environment;
 layout(binding = 5, rgba32f) uniform writeonly image2D direct_map;
 layout(push_constant) uniform DirectPush {
+    uvec2 first;         // texel of this part of the receiver's tile
     uint receiver;
+    uint triangle;       // one of the receiver's
     uint sun_count;      // 0 leaves the suns out
     uint has_environment;
     float rotation;
@@ -30,25 +32,23 @@ const uint ENVIRONMENT_RAYS = 64;
 
 void main() {
     Receiver receiver = receivers[push.receiver];
-    uvec2 texel = gl_GlobalInvocationID.xy;
+    uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= receiver.width || texel.y >= receiver.height) return;
     uvec2 place = texel + uvec2(receiver.tile_x, receiver.tile_y);
     vec3 n = receiver.normal;
-    // Rays start a little off the plane, so that the receiver does not shade itself.
-    float lift = 1e-4 * sqrt(texel_area(receiver));
     vec3 sum = vec3(0.0);
     for (uint i = 0; i < SIDE * SIDE; i++) {
         vec2 within = (vec2(i % SIDE, i / SIDE) + 0.5) / float(SIDE);
-        vec3 x = from_texels(receiver, vec2(place) + within) + lift * n;
+        vec3 x = from_texels(receiver, vec2(place) + within);
         // 7 i mod 16 spreads neighbouring points over the disc.
         uint ray = 7 * i % (SIDE * SIDE);
         for (uint sun = 0; sun < push.sun_count; sun++) {
-            sum += direct_sun(sun, x, n, NO_TRIANGLE, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
+            sum += direct_sun(sun, x, n, push.triangle, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
         }
     }
     if (push.has_environment != 0) {
-        vec3 x = from_texels(receiver, vec2(place) + 0.5) + lift * n;
-        sum += direct_environment(x, n, NO_TRIANGLE, ENVIRONMENT_RAYS, push.rotation);
+        vec3 x = from_texels(receiver, vec2(place) + 0.5);
+        sum += direct_environment(x, n, push.triangle, ENVIRONMENT_RAYS, push.rotation);
     }
     imageStore(direct_map, ivec2(place), vec4(sum, 0.0));
 }

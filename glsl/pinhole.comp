@@ -16,6 +16,7 @@ layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
 layout(binding = 7) uniform sampler2D environment;
 layout(binding = 8, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform PinholePush {
+    uvec2 first;         // texel of this part of the receiver's tile
     uint receiver;
     uint first_patch;    // of this batch
     uint batch_patches;
@@ -63,12 +64,14 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
     vec3 geometric = cross(p.edge1, p.edge2);
     vec3 to_receiver = y - p.position;
     float square = dot(to_receiver, to_receiver);
+    if (square == 0.0) return vec3(0.0);
     float d = sqrt(square);
     vec3 v = to_receiver / d;
     float cos_x = dot(n, v);
     float cos_y = -dot(m, v);
     vec3 w = mirrored(v, n);
-    if (cos_x <= 0.0 || cos_y <= 0.0 || dot(geometric, v) <= 0.0 || dot(geometric, w) <= 0.0) return vec3(0.0);
+    bool before = cos_x > 0.0 && cos_y > 0.0 && dot(geometric, v) > 0.0 && dot(geometric, w) > 0.0;
+    if (!before) return vec3(0.0);
 
     // How w turns over the patch, seen from y, in two axes across w; its covariance.
     vec3 a, b;
@@ -85,7 +88,7 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
     vec3 radiance = vec3(0.0);
     for (uint i = 0; i < push.sun_count; i++) {
         Sun sun = suns[i];
-        if (dot(w, sun.direction) <= 0.0) continue;
+        if (!(dot(w, sun.direction) > 0.0)) continue;
         vec3 off = sun.direction - w;
         vec2 place = vec2(dot(off, a), dot(off, b));
         float radius = max(sin(sun.angular_radius), 1e-5);
@@ -96,11 +99,11 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
         } else {
             value = dot(place, place) < radius * radius ? 1.0 / (PI * radius * radius) : 0.0;
         }
-        if (value > 0.0 && (push.trace == 0 || !occluded(p.position, sun.direction, 1.0 / 0.0, p.triangle))) {
+        if (value > 0.0 && (push.trace == 0 || !occluded(p.position, sun.direction, FAR, p.triangle))) {
             radiance += sun.irradiance * value;
         }
     }
-    if (push.has_environment != 0 && (push.trace == 0 || !occluded(p.position, w, 1.0 / 0.0, p.triangle))) {
+    if (push.has_environment != 0 && (push.trace == 0 || !occluded(p.position, w, FAR, p.triangle))) {
         radiance += filtered_environment(w, a, b, covariance_of(of_patch));
     }
     if (radiance == vec3(0.0)) return radiance;
@@ -113,7 +116,7 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
 
 void main() {
     Receiver receiver = receivers[push.receiver];
-    uvec2 texel = gl_GlobalInvocationID.xy;
+    uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= receiver.width || texel.y >= receiver.height) return;
     ivec2 place = ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y));
     vec3 y = from_texels(receiver, vec2(place) + 0.5);

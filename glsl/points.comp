@@ -68,7 +68,7 @@ void main() {
 
     vec3 r = mirrored(s, n);
     vec3 geometric = cross(triangle.edge1, triangle.edge2);
-    if (dot(n, s) <= 0.0 || dot(geometric, s) <= 0.0 || dot(geometric, r) <= 0.0) return;
+    if (!(dot(n, s) > 0.0 && dot(geometric, s) > 0.0 && dot(geometric, r) > 0.0)) return;
     vec3 flux = sun.irradiance * objects[triangle.object].color * (dot(n, s) * total / float(push.points));
     bool lit = false;
     for (uint i = 0; i < push.receiver_count; i++) {
@@ -81,7 +81,7 @@ void main() {
         vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
         if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) continue;
         if (push.trace != 0) {
-            if (!lit && occluded(x, s, 1.0 / 0.0, self)) return;
+            if (!lit && occluded(x, s, FAR, self)) return;
             lit = true;
             if (occluded(x, hit - x, ALMOST, self)) continue;
         }

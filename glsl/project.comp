@@ -35,7 +35,6 @@ shared uvec2 group_count;
 
 // Rays are followed to this share of their length, so that the receiver itself does not block.
 const float ALMOST = 0.9999;
-const float FAR = 1e9;
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float FEW_TEXELS = 36.0;
 // The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
@@ -199,7 +198,7 @@ vec3 flux_of(Patch patch_, Sun sun) {
         cosine += max(dot(n, sun.direction), 0.0) / 3.0;
     }
     if (cosine <= 0.0) return vec3(0.0);
-    if (push.trace != 0 && occluded(patch_.position, sun.direction, 1.0 / 0.0, patch_.triangle)) return vec3(0.0);
+    if (push.trace != 0 && occluded(patch_.position, sun.direction, FAR, patch_.triangle)) return vec3(0.0);
     return sun.irradiance * objects[patch_.object].color * (cosine * patch_.area);
 }
 

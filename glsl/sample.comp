@@ -9,12 +9,13 @@ layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; }
 layout(std430, binding = 2) readonly buffer Reflectors { Reflector reflectors[]; };
 layout(std430, binding = 3) writeonly buffer Patches { Patch patches[]; };
 layout(push_constant) uniform SamplePush {
-    uint patch_count;
+    uint first_patch;    // of this batch
+    uint patch_count;    // in all
     uint reflector_count;
 } push;
 
 void main() {
-    uint index = gl_GlobalInvocationID.x;
+    uint index = push.first_patch + gl_GlobalInvocationID.x;
     if (index >= push.patch_count) return;
 
     // The last reflector that starts at or before this patch.
@@ -28,11 +29,15 @@ void main() {
     Normals normal = normals[reflector.triangle];
 
     // Small triangle number `cell` of n^2: row r of the parent holds n - r upright ones and
-    // n - r - 1 turned ones between them, 2 (n - r) - 1 in all.
-    int n = int(reflector.subdivision);
-    int cell = int(index - reflector.first_patch);
-    int row = n - int(ceil(sqrt(float(n * n - cell))));
-    int column = cell - (2 * n * row - row * row);
+    // n - r - 1 turned ones between them, 2 (n - r) - 1 in all. So the `left` last ones, counting
+    // from this, fill more than m - 1 and at most m = n - r rows: m is the root, rounded up.
+    uint n = reflector.subdivision;
+    uint left = n * n - (index - reflector.first_patch);
+    uint m = uint(ceil(sqrt(float(left))));
+    // The float is off by one at most, for all of n < 2^16.
+    if ((m - 1) * (m - 1) >= left) m--; else if (m * m < left) m++;
+    uint row = n - m;
+    uint column = m * m - left;
     bool turned = column % 2 == 1;
     vec2 corner = vec2(column / 2, row) + (turned ? vec2(1.0) : vec2(0.0));
     float size = (turned ? -1.0 : 1.0) / float(n);

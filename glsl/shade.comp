@@ -24,6 +24,7 @@ layout(push_constant) uniform ShadePush {
     float rotation;
     vec3 forward;        // unit
     uint side;           // samples a pixel: side^2
+    uvec2 first;         // pixel of this part of the picture
 } push;
 
 #include "trace.glsl"
@@ -37,6 +38,8 @@ const int MOST_BOUNCES = 12;
 // Rays to each sun's disc that a pixel's samples share, the same number each.
 const uint SUN_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
+// rad; a smaller sun is a point, which no ray meets.
+const float SMALLEST_DISC = 1e-6;
 
 // Bilinear look-up that stays inside the receiver's tile.
 vec3 look_up(sampler2D map, Receiver receiver, vec2 texel) {
@@ -70,9 +73,11 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
         if (hit.triangle == NO_TRIANGLE) {
             vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
             for (uint i = 0; i < push.sun_count; i++) {
-                float sine = sin(suns[i].angular_radius);
-                bool inside = sine > 0.0 && dot(direction, suns[i].direction) > cos(suns[i].angular_radius);
-                if (inside) seen += suns[i].irradiance / (PI * sine * sine);
+                // The chord, since the cosine of a small angle is 1 in floats.
+                float radius = suns[i].angular_radius;
+                bool inside = distance(direction, suns[i].direction) < 2.0 * sin(0.5 * radius);
+                float sine = sin(radius);
+                if (inside && radius > SMALLEST_DISC) seen += suns[i].irradiance / (PI * sine * sine);
             }
             return weight * seen;
         }
@@ -99,7 +104,7 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
 
 void main() {
     uvec2 size = imageSize(view);
-    uvec2 pixel = gl_GlobalInvocationID.xy;
+    uvec2 pixel = push.first + gl_GlobalInvocationID.xy;
     if (pixel.x >= size.x || pixel.y >= size.y) return;
     vec3 sum = vec3(0.0);
     for (uint i = 0; i < push.side * push.side; i++) {

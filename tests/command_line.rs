@@ -3,7 +3,7 @@
 mod common;
 
 use assert_cmd::Command;
-use common::{nephroid, refuses, scene_path as scene};
+use common::{json, nephroid, refuses, scene_path as scene};
 use nephroid::image_file::{RgbImage, write_exr};
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -20,15 +20,8 @@ fn reference_writes_a_map_that_compares_with_itself() {
     let folder = tempfile::tempdir().unwrap();
     let map = folder.path().join("map.exr");
     let mut command = reference(&scene("mirror.toml"), &map);
-    command.args(["--lightmap", "16", "--error", "0.1", "--json"]);
-    let output = command
-        .assert()
-        .success()
-        .stderr("")
-        .get_output()
-        .stdout
-        .clone();
-    let summary: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    command.args(["--lightmap", "16", "--error", "0.1"]);
+    let summary = json(&mut command);
     assert_eq!(
         (&summary["width"], &summary["height"]),
         (&16.into(), &16.into())
@@ -37,9 +30,7 @@ fn reference_writes_a_map_that_compares_with_itself() {
     assert!(summary["received_flux"][0].as_f64().unwrap() > 0.1);
 
     let mut command = nephroid();
-    command.arg("compare").args([&map, &map]).arg("--json");
-    let output = command.assert().success().get_output().stdout.clone();
-    let comparison: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    let comparison = json(command.arg("compare").args([&map, &map]));
     assert_eq!(comparison["l1"], 0.0);
     assert_eq!(comparison["energy_ratio"], 1.0);
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
@@ -86,7 +77,11 @@ fn bad_input_of_reference() {
     );
     for size in ["0", "100000", "16x0", "many", "-1"] {
         let size = format!("--lightmap={size}");
-        refuses(reference(&ring, &map).arg(size), 2, &["--lightmap", "8192"]);
+        refuses(
+            reference(&ring, &map).arg(size),
+            2,
+            &["--lightmap", "WIDTHxHEIGHT"],
+        );
     }
     for error in ["0", "-1", "nan", "2"] {
         let error = format!("--error={error}");
@@ -187,14 +182,7 @@ fn folders_are_sequences() {
             grey(sequence, &format!("{frame}.exr"), 2, value);
         }
     }
-    let output = compare(&a, &b)
-        .arg("--json")
-        .assert()
-        .success()
-        .get_output()
-        .stdout
-        .clone();
-    let comparison: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    let comparison = json(&mut compare(&a, &b));
     assert_eq!(comparison["frames"].as_array().unwrap().len(), 2);
     assert_eq!(comparison["l1"], 1.0 / 3.0);
     assert_eq!(comparison["flicker"], 1.0 / 1.5);

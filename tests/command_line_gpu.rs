@@ -3,7 +3,7 @@
 mod common;
 
 use assert_cmd::Command;
-use common::{nephroid, refuses, scene_path as scene};
+use common::{json, nephroid, refuses, scene_path as scene};
 use nephroid::image_file::read_rgb;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -23,17 +23,6 @@ fn run(command: &str, scene: &Path, output: &Path) -> Command {
 
 /// Both commands, with an output of a fitting kind.
 const COMMANDS: [(&str, &str); 2] = [("render", "view.png"), ("bake", "map.exr")];
-
-fn json(command: &mut Command) -> Value {
-    let output = command
-        .arg("--json")
-        .assert()
-        .success()
-        .get_output()
-        .stdout
-        .clone();
-    serde_json::from_slice(&output).unwrap()
-}
 
 /// File names in a folder.
 fn names(folder: &Path) -> Vec<String> {

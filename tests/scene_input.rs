@@ -244,9 +244,9 @@ fn bad_scene_files_are_refused_with_their_place() {
         ("edge_u = [2.0, 0.0, 0.0]", "edge_w = [2, 0, 0]", "line 38, column 37", "unknown field `edge_w`"),
         ("material = \"plaster\"", "material = \"steel\"", "line 40, column 12", "a mirror receives no light"),
         ("material = \"plaster\"\n", "", "line 37, column 8", "`material` is missing"),
-        ("[32, 16]", "[0, 16]", "line 40, column 12", "[0, 16] has a side not within 1 and 16384"),
-        ("[32, 16]", "[32, 16385]", "line 40, column 12", "not within 1 and 16384"),
-        ("[32, 16]", "[-1, 16]", "line 40, column 12", "not within 1 and 16384"),
+        ("[32, 16]", "[0, 16]", "line 40, column 12", "1 to 8192 texels a side, not 0"),
+        ("[32, 16]", "[32, 8193]", "line 40, column 12", "1 to 8192 texels a side, not 8193"),
+        ("[32, 16]", "[-1, 16]", "line 40, column 12", "1 to 8192 texels a side, not -1"),
         ("[32, 16]", "32", "line 40, column 12", "invalid type"),
     ];
     for (from, to, place, reason) in cases {
@@ -670,6 +670,24 @@ fn bad_environments_are_refused() {
     let whole = fs::read(folder.path("sky.exr")).unwrap();
     folder.write("sky.exr", &whole[..whole.len() - 8]);
     assert!(folder.error().starts_with("sky.exr: cannot be decoded: "));
+}
+
+#[test]
+fn radiance_beyond_what_can_be_added_up_is_refused() {
+    let folder = Folder::new();
+    folder.write("scene.toml", SCENE.replace("sky.hdr", "sky.exr"));
+    write_exr(&folder.path("sky.exr"), |_, _| (1.0, 9e29, 1.0));
+    folder.load().unwrap_or_else(|e| panic!("{e}"));
+    let scaled = SCENE.replace("sky.hdr\"", "sky.exr\"\nscale = 2.0");
+    folder.write("scene.toml", scaled);
+    let message = folder.error();
+    for part in [
+        "scene.toml, line 19, column 9",
+        "9e29 times scale 2",
+        "lower the scale",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn write_then_read(context: &Arc<Context>, with_barrier: bool) {
     let write = sample(context, &first, &second);
     let read = sample(context, &second, &third);
     let mut recorder = Recorder::new(context).unwrap();
-    let push = [1u32, 1]; // patches, reflectors
+    let push = [0u32, 1, 1]; // first patch, patches, reflectors
     recorder.dispatch(&write, &push, [1, 1, 1]);
     if with_barrier {
         recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);

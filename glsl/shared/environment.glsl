@@ -1,8 +1,10 @@
 // Radiance from infinity. The including shader declares the sampler `environment`, whose mip
-// levels are averages over solid angle, and calls with the rotation in rad.
+// levels are averages over solid angle, and calls with the rotation in rad, 0 to 2 pi.
 
 vec3 environment_radiance(vec3 direction, float rotation, float level) {
-    float u = (atan(direction.x, -direction.z) - rotation) / (2.0 * PI);
+    // At the poles any azimuth will do, but atan(0, 0) is undefined.
+    float azimuth = direction.x == 0.0 && direction.z == 0.0 ? 0.0 : atan(direction.x, -direction.z);
+    float u = (azimuth - rotation) / (2.0 * PI);
     float v = acos(clamp(direction.y, -1.0, 1.0)) / PI;
     return textureLod(environment, vec2(u, v), level).rgb;
 }

@@ -10,7 +10,7 @@ struct Triangle {
     vec3 edge1;      // second corner - first
     uint blocks;     // 1: casts shadows
     vec3 edge2;      // third corner - first
-    float unused;
+    uint twin;       // of a rect: index of its other triangle; of a mesh: of this one
 };
 
 // Unit vertex normals of the triangle of the same index.

@@ -9,7 +9,7 @@ vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uin
     for (uint i = 0; i < rays; i++) {
         vec3 s = sun_direction(sun.direction, sun.angular_radius, disc_point(part + i * parts, rays * parts));
         float cosine = dot(n, s);
-        if (cosine > 0.0 && !occluded(x, s, 1.0 / 0.0, self)) lit += cosine / float(rays);
+        if (cosine > 0.0 && !occluded(x, s, FAR, self)) lit += cosine / float(rays);
     }
     return sun.irradiance * lit;
 }
@@ -23,7 +23,7 @@ vec3 direct_environment(vec3 x, vec3 n, uint self, uint samples, float rotation)
         vec2 p = disc_point(i, samples);
         float cosine = sqrt(max(1.0 - dot(p, p), 0.0));
         vec3 direction = p.x * a + p.y * b + cosine * n;
-        if (occluded(x, direction, 1.0 / 0.0, self)) continue;
+        if (occluded(x, direction, FAR, self)) continue;
         // A ray stands for the solid angle pi / (samples cosine).
         float level = environment_level(sqrt(PI / (float(samples) * max(cosine, 0.1))));
         sum += environment_radiance(direction, rotation, level);

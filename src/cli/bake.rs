@@ -1,25 +1,18 @@
 //! `nephroid bake`: a receiver's light map.
 
+use super::files::MapFiles;
 use super::gpu_options::GpuOptions;
-use super::{find_receiver, has_extension};
 use clap::{Args, ValueEnum};
-use nephroid::image_file::{RgbImage, check_writable, write_exr};
-use nephroid::{Error, Result};
-use std::path::PathBuf;
+use nephroid::Result;
+use nephroid::image_file::{RgbImage, write_exr};
 
 /// Render a receiver's light map on the device
 ///
 /// Writes irradiance in W/m² as 32-bit float EXR; last row at v = 0, column 0 at u = 0.
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file (.toml)
-    scene: PathBuf,
-    /// Receiver; may be left out if the scene has only one
-    #[arg(long)]
-    receiver: Option<String>,
-    /// EXR file to write
-    #[arg(short, long)]
-    output: PathBuf,
+    #[command(flatten)]
+    map: MapFiles,
     /// Which light to write
     #[arg(long, value_enum, default_value_t = Component::Caustic)]
     component: Component,
@@ -38,16 +31,11 @@ enum Component {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let output = arguments.output.as_path();
-    if !has_extension(output, "exr") {
-        return Err(Error::Usage {
-            reason: format!("{} is not an .exr file", output.display()),
-            remedy: "end the output's name with .exr".into(),
-        });
-    }
-    check_writable(output)?;
-    let mut session = arguments.gpu.open(&arguments.scene)?;
-    let (receiver, _) = find_receiver(&session.scene, arguments.receiver.as_deref())?;
+    let files = &arguments.map.files;
+    files.check_output(&["exr"])?;
+    let output = files.output.as_path();
+    let mut session = arguments.gpu.open(&files.scene)?;
+    let (receiver, _) = arguments.map.find_receiver(&session.scene)?;
     let component = arguments.component;
     let has_caustic = component != Component::Direct;
     let gpu = &arguments.gpu;

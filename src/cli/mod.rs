@@ -3,13 +3,13 @@
 mod bake;
 mod compare;
 mod devices;
+mod files;
 mod gpu_options;
 mod reference;
 mod render;
 
 use clap::{Parser, Subcommand};
-use nephroid::reference::MAX_TEXELS;
-use nephroid::scene::{self, Scene};
+use nephroid::scene::{self, MAX_LIGHT_MAP_SIDE, Scene, light_map_side};
 use nephroid::{Error, Result};
 use std::io::Write;
 use std::path::Path;
@@ -59,10 +59,10 @@ impl FromStr for LightMapSize {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let side = |text: &str| {
-            let texels = text.parse().ok().filter(|n| (1..=MAX_TEXELS).contains(n));
-            texels.ok_or(format!(
-                "give the width, or WIDTHxHEIGHT, in 1 to {MAX_TEXELS} texels"
-            ))
+            let parsed = text.parse().map_err(|_| "a side is no whole number".into());
+            parsed
+                .and_then(light_map_side)
+                .map_err(|reason: String| format!("{reason}; give the width, or WIDTHxHEIGHT"))
         };
         match text.split_once('x') {
             None => Ok(Self::Width(side(text)?)),
@@ -78,7 +78,7 @@ impl LightMapSize {
             Self::Both(texels) => texels,
             Self::Width(wanted) => {
                 let scaled = f64::from(wanted) * f64::from(height) / f64::from(width);
-                [wanted, (scaled.round() as u32).clamp(1, MAX_TEXELS)]
+                [wanted, (scaled.round() as u32).clamp(1, MAX_LIGHT_MAP_SIDE)]
             }
         }
     }
@@ -91,40 +91,6 @@ pub fn load_scene(path: &Path) -> Result<Scene> {
         eprintln!("warning: {warning}");
     }
     Ok(loaded.scene)
-}
-
-/// Index and texels of the receiver called `name`, or of the only one.
-pub fn find_receiver(scene: &Scene, name: Option<&str>) -> Result<(usize, [u32; 2])> {
-    let receivers: Vec<(usize, [u32; 2])> = (scene.receivers())
-        .map(|(index, _, texels)| (index, texels))
-        .collect();
-    let names: Vec<&str> = (receivers.iter())
-        .map(|&(index, _)| scene.objects[index].name.as_str())
-        .collect();
-    let usage = |reason: String| {
-        let remedy = match names.as_slice() {
-            [] => "give a diffuse rect of the scene a `lightmap = [256, 256]`".into(),
-            names => format!("choose one with --receiver: {}", names.join(", ")),
-        };
-        Err(Error::Usage { reason, remedy })
-    };
-    match name {
-        Some(name) => match names.iter().position(|candidate| *candidate == name) {
-            Some(position) => Ok(receivers[position]),
-            None => usage(format!("the scene has no receiver called `{name}`")),
-        },
-        None => match receivers.as_slice() {
-            [only] => Ok(*only),
-            [] => usage("the scene has no receiver".into()),
-            several => usage(format!("the scene has {} receivers", several.len())),
-        },
-    }
-}
-
-/// Whether the file's name ends so, in letters of either case.
-pub fn has_extension(path: &Path, wanted: &str) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
 /// Becomes true at the first Ctrl-C; the second ends the program at once. Files are replaced

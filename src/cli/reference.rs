@@ -1,15 +1,14 @@
 //! `nephroid reference`: ground truth on the CPU.
 
-use super::{
-    LightMapSize, cancel_on_ctrl_c, find_receiver, has_extension, load_scene, print, print_json,
-};
+use super::files::MapFiles;
+use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use nephroid::image_file::{Layer, RgbImage, check_writable, write_exr};
+use nephroid::Result;
+use nephroid::image_file::{Layer, RgbImage, write_exr};
 use nephroid::reference::{Map, Options, Progress, caustic};
-use nephroid::{Error, Result};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// Compute a receiver's caustic irradiance on the CPU, as ground truth
@@ -18,14 +17,8 @@ use std::time::Instant;
 /// and their standard error as error.R, error.G, error.B. Last row at v = 0, column 0 at u = 0.
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file (.toml)
-    scene: PathBuf,
-    /// Receiver; may be left out if the scene has only one
-    #[arg(long)]
-    receiver: Option<String>,
-    /// EXR file to write
-    #[arg(short, long)]
-    output: PathBuf,
+    #[command(flatten)]
+    map: MapFiles,
     /// Relative L1 error to reach, Σ|error| / ΣE as expected from the standard errors
     #[arg(long, default_value_t = Options::default().error)]
     error: f64,
@@ -59,19 +52,14 @@ struct Summary<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let output = arguments.output.as_path();
-    if !has_extension(output, "exr") {
-        return Err(Error::Usage {
-            reason: format!("{} is not an .exr file", output.display()),
-            remedy: "end the output's name with .exr".into(),
-        });
-    }
-    let scene = load_scene(&arguments.scene)?;
-    let (receiver, texels) = find_receiver(&scene, arguments.receiver.as_deref())?;
+    let files = &arguments.map.files;
+    files.check_output(&["exr"])?;
+    let output = files.output.as_path();
+    let scene = load_scene(&files.scene)?;
+    let (receiver, texels) = arguments.map.find_receiver(&scene)?;
     let texels = arguments
         .lightmap
         .map_or(texels, |size| size.texels(texels));
-    check_writable(output)?;
     let options = Options {
         error: arguments.error,
         max_samples: arguments.max_samples,

@@ -1,22 +1,18 @@
 //! `nephroid render`: the camera's view.
 
+use super::files::{Files, has_extension};
 use super::gpu_options::GpuOptions;
-use super::has_extension;
 use clap::Args;
-use nephroid::image_file::{check_writable, write_exr, write_png};
-use nephroid::{Error, Result, tone_map};
-use std::path::PathBuf;
+use nephroid::image_file::{write_exr, write_png};
+use nephroid::{Result, tone_map};
 
 /// Render the camera's view with its caustics
 ///
 /// Writes a tone-mapped .png (Khronos PBR Neutral, sRGB) or linear radiance, W/m²/sr, as .exr.
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file (.toml)
-    scene: PathBuf,
-    /// PNG or EXR file to write
-    #[arg(short, long)]
-    output: PathBuf,
+    #[command(flatten)]
+    files: Files,
     /// Pixels, WIDTHxHEIGHT
     #[arg(long, default_value = "1280x720", value_parser = picture_size)]
     size: [u32; 2],
@@ -36,16 +32,9 @@ fn picture_size(text: &str) -> Result<[u32; 2], String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let output = arguments.output.as_path();
-    let png = has_extension(output, "png");
-    if !png && !has_extension(output, "exr") {
-        return Err(Error::Usage {
-            reason: format!("{} is neither a .png nor an .exr file", output.display()),
-            remedy: "end the output's name with .png or .exr".into(),
-        });
-    }
-    check_writable(output)?;
-    let mut session = arguments.gpu.open(&arguments.scene)?;
+    arguments.files.check_output(&["png", "exr"])?;
+    let output = arguments.files.output.as_path();
+    let mut session = arguments.gpu.open(&arguments.files.scene)?;
     let gpu = &arguments.gpu;
     let report = gpu.run(&mut session, output, true, |renderer, scene| {
         renderer.view(&scene.camera, arguments.size, arguments.antialias)
@@ -53,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let view = session.renderer.read_view()?;
     let exposure_ev = session.scene.camera.exposure_ev;
     session.finish()?;
-    if png {
+    if has_extension(output, "png") {
         let rgb = tone_map::to_srgb(&view, exposure_ev);
         write_png(output, view.width, view.height, &rgb)?;
     } else {

@@ -74,7 +74,7 @@ impl Pipeline {
                     .create_compute_pipelines(cache, &[info], None)
             }
             .map(|handles| handles[0])
-            .map_err(|(_, error)| device_error("compiling a shader")(error))
+            .map_err(|(_, error)| device_error(&format!("compiling {}", pipeline.name))(error))
         })?;
         context.set_name(pipeline.handle, shader.name);
         pipeline.bind(resources);
@@ -159,7 +159,7 @@ impl Pipeline {
                     .create_graphics_pipelines(cache, &[info], None)
             }
             .map(|handles| handles[0])
-            .map_err(|(_, error)| device_error("compiling a shader")(error))
+            .map_err(|(_, error)| device_error(&format!("compiling {}", pipeline.name))(error))
         })?;
         context.set_name(pipeline.handle, vertex.name);
         pipeline.bind(resources);

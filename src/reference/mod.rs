@@ -35,7 +35,7 @@ mod trace;
 mod visibility;
 
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Scene, light_map_side};
 use glam::DVec3;
 use lights::Emitter;
 use mirrors::MirrorTriangle;
@@ -47,9 +47,6 @@ pub use rounds::{Progress, REPLICATES};
 
 /// Texels from the top row, RGB.
 pub type Map = Vec<[f64; 3]>;
-
-/// Most texels on a side of a light map.
-pub const MAX_TEXELS: u32 = 8192;
 
 /// When to stop, and with which random numbers.
 #[derive(Debug, Clone, Copy)]
@@ -163,11 +160,10 @@ pub fn caustic(
 
 fn check(texels: [u32; 2], options: &Options) -> Result<()> {
     let usage = |reason: String, remedy: String| Err(Error::Usage { reason, remedy });
-    if texels.iter().any(|n| !(1..=MAX_TEXELS).contains(n)) {
-        return usage(
-            format!("a light map of {}x{} texels", texels[0], texels[1]),
-            format!("ask for 1 to {MAX_TEXELS} texels on a side"),
-        );
+    for side in texels {
+        if let Err(reason) = light_map_side(side.into()) {
+            return usage(reason, "ask for another size".into());
+        }
     }
     if !(options.error > 0.0 && options.error < 1.0) {
         return usage(

@@ -1,10 +1,15 @@
 //! direct: light that reaches the receivers without a mirror.
 
 use super::layout::DirectPush;
+use super::parts::Part;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
+
+/// Of a texel, to each sun and to the environment; the constants of direct.comp.
+const SUN_RAYS: u64 = 16;
+const ENVIRONMENT_RAYS: u64 = 64;
 
 pub struct Direct {
     pipeline: Pipeline,
@@ -12,33 +17,35 @@ pub struct Direct {
 
 impl Direct {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, direct_map: &Image) -> Result<Self> {
-        let pipeline = Pipeline::compute(
-            context,
-            &shaders::DIRECT_COMP,
-            &[
-                ("triangles", Resource::Buffer(&scene.triangles)),
-                ("nodes", Resource::Buffer(&scene.nodes)),
-                ("suns", Resource::Buffer(&scene.suns)),
-                ("receivers", Resource::Buffer(&scene.receivers)),
-                ("environment", Resource::Image(&scene.environment)),
-                ("direct_map", Resource::Image(direct_map)),
-            ],
-        )?;
+        let own = [("direct_map", Resource::Image(direct_map))];
+        let pipeline = scene.compute(context, &shaders::DIRECT_COMP, &own)?;
         Ok(Self { pipeline })
     }
 
-    /// Irradiance from the environment, and from the suns where `with_suns` (the view shades
-    /// those itself, more sharply).
-    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, with_suns: bool) {
-        for (receiver, tile) in scene.tiles.iter().enumerate() {
-            let push = DirectPush {
-                receiver: receiver as u32,
-                sun_count: if with_suns { scene.sun_count } else { 0 },
-                has_environment: u32::from(scene.has_environment),
-                rotation: scene.rotation,
-            };
-            let [width, height] = tile.size;
-            recorder.dispatch(&self.pipeline, &push, [width, height, 1]);
-        }
+    /// The receivers' parts. `with_suns` as for [`Direct::record`].
+    pub fn parts(scene: &DeviceScene, with_suns: bool) -> Vec<(usize, Part)> {
+        let suns = if with_suns { scene.sun_count } else { 0 };
+        let rays = SUN_RAYS * u64::from(suns) + ENVIRONMENT_RAYS * u64::from(scene.has_environment);
+        scene.receiver_parts(rays)
+    }
+
+    /// Irradiance of a part of a receiver from the environment, and from the suns where
+    /// `with_suns` (the view shades those itself, more sharply).
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        (receiver, part): (usize, Part),
+        with_suns: bool,
+    ) {
+        let push = DirectPush {
+            first: part.first,
+            receiver: receiver as u32,
+            triangle: scene.tiles[receiver].triangle,
+            sun_count: if with_suns { scene.sun_count } else { 0 },
+            has_environment: u32::from(scene.has_environment),
+            rotation: scene.rotation,
+        };
+        recorder.dispatch(&self.pipeline, &push, part.threads());
     }
 }

@@ -2,7 +2,7 @@
 //! the SPIR-V's. See there for meanings and units.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{UVec3, Vec2, Vec3};
+use glam::{UVec2, UVec3, Vec2, Vec3};
 
 /// Declares `#[repr(C)]` structs and the list of their offsets.
 macro_rules! mirrors {
@@ -25,7 +25,7 @@ macro_rules! mirrors {
 }
 
 mirrors! {
-    Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, unused: f32, }
+    Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, twin: u32, }
     Normals { n0: Vec3, unused0: f32, n1: Vec3, unused1: f32, n2: Vec3, unused2: f32, }
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
@@ -53,7 +53,7 @@ mirrors! {
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 
-    SamplePush { patch_count: u32, reflector_count: u32, }
+    SamplePush { first_patch: u32, patch_count: u32, reflector_count: u32, }
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
         spread: f32, flat_spread: f32, trace: u32,
@@ -67,15 +67,20 @@ mirrors! {
     }
     PointsDrawPush { atlas_size: Vec2, }
     PinholePush {
-        receiver: u32, first_patch: u32, batch_patches: u32, sun_count: u32,
-        epsilon: f32, spread: f32, rotation: f32, has_environment: u32, trace: u32,
+        first: UVec2, receiver: u32, first_patch: u32,
+        batch_patches: u32, sun_count: u32, epsilon: f32, spread: f32,
+        rotation: f32, has_environment: u32, trace: u32,
     }
-    DirectPush { receiver: u32, sun_count: u32, has_environment: u32, rotation: f32, }
+    DirectPush {
+        first: UVec2, receiver: u32, triangle: u32,
+        sun_count: u32, has_environment: u32, rotation: f32,
+    }
     ShadePush {
         eye: Vec3, sun_count: u32,
         right: Vec3, has_environment: u32,
         up: Vec3, rotation: f32,
         forward: Vec3, side: u32,
+        first: UVec2,
     }
 }
 

@@ -12,6 +12,7 @@ mod bvh;
 mod direct;
 mod kernel;
 mod layout;
+mod parts;
 mod pinhole;
 mod points;
 mod project;
@@ -26,6 +27,7 @@ use crate::gpu::{Access, Context, Image, PassTime, Recorder, Sampling};
 use crate::image_file::RgbImage;
 use crate::scene::{Camera, Scene};
 use direct::Direct;
+use parts::Load;
 use pinhole::Pinhole;
 use points::Points;
 use project::Project;
@@ -229,7 +231,10 @@ impl Renderer {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                 })?;
-                for batch in &project.batches {
+                for (index, batch) in project.batches.iter().enumerate() {
+                    if index > 0 {
+                        recorder.submit()?;
+                    }
                     recorder.pass("project", |r| {
                         project.record_project(r, *batch);
                         r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
@@ -259,15 +264,22 @@ impl Renderer {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                 })?;
+                let mut load = Load::default();
                 for batch in Pinhole::batches(scene) {
-                    recorder.pass("gather", |r| {
-                        pinhole.record(r, scene, batch);
-                        r.barrier(Access::COMPUTE, Access::COMPUTE);
-                    })?;
+                    for part in Pinhole::parts(scene, batch) {
+                        load.add(recorder, part.1.rays)?;
+                        recorder.pass("gather", |r| {
+                            pinhole.record(r, scene, batch, part);
+                            r.barrier(Access::COMPUTE, Access::COMPUTE);
+                        })?;
+                    }
                 }
             }
             Caustic::Points(points) => {
-                for batch in &points.batches {
+                for (index, batch) in points.batches.iter().enumerate() {
+                    if index > 0 {
+                        recorder.submit()?;
+                    }
                     recorder.pass("trace points", |r| {
                         points.record_trace(r, scene, *batch);
                         r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
@@ -315,11 +327,15 @@ impl Renderer {
             ..
         } = self;
         let shade = shade.as_ref().expect("made above");
-        recorder.pass("shade", |r| {
-            r.barrier(Access::BLEND.and(Access::COMPUTE_WRITE), Access::COMPUTE);
-            shade.record(r, scene, camera, side);
-        })?;
-        self.recorder.submit()
+        let mut load = Load::default();
+        for part in shade.parts(scene, side) {
+            load.add(recorder, part.rays)?;
+            recorder.pass("shade", |r| {
+                r.barrier(Access::BLEND.and(Access::COMPUTE_WRITE), Access::COMPUTE);
+                shade.record(r, scene, camera, side, part);
+            })?;
+        }
+        recorder.submit()
     }
 
     fn record_direct(&mut self, with_suns: bool) -> Result<()> {
@@ -329,13 +345,18 @@ impl Renderer {
             recorder,
             ..
         } = self;
-        recorder.pass("direct", |r| {
-            r.barrier(
-                Access::ANY_WRITE.and(Access::COMPUTE_READ),
-                Access::COMPUTE_WRITE,
-            );
-            direct.record(r, scene, with_suns);
-        })
+        let mut load = Load::default();
+        for part in Direct::parts(scene, with_suns) {
+            load.add(recorder, part.1.rays)?;
+            recorder.pass("direct", |r| {
+                r.barrier(
+                    Access::ANY_WRITE.and(Access::COMPUTE_READ),
+                    Access::COMPUTE_WRITE,
+                );
+                direct.record(r, scene, part, with_suns);
+            })?;
+        }
+        Ok(())
     }
 
     /// Renders the direct light of all lights into the direct maps and waits for it.

@@ -3,18 +3,20 @@
 use super::Settings;
 use super::kernel::{SPREAD, profiles};
 use super::layout::PinholePush;
+use super::parts::Part;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
 
-/// Patches that one dispatch gathers, so that none runs for long.
+/// Patches that one dispatch gathers; a texel's sum is that of its batches.
 const BATCH: u32 = 1024;
 
 pub struct Pinhole {
     pipeline: Pipeline,
     epsilon: f32,
     spread: f32,
+    _profiles: Buffer,
 }
 
 impl Pinhole {
@@ -26,25 +28,17 @@ impl Pinhole {
         settings: &Settings,
     ) -> Result<Self> {
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
-        let pipeline = Pipeline::compute(
-            context,
-            &shaders::PINHOLE_COMP,
-            &[
-                ("triangles", Resource::Buffer(&scene.triangles)),
-                ("nodes", Resource::Buffer(&scene.nodes)),
-                ("objects", Resource::Buffer(&scene.objects)),
-                ("suns", Resource::Buffer(&scene.suns)),
-                ("receivers", Resource::Buffer(&scene.receivers)),
-                ("patches", Resource::Buffer(patches)),
-                ("profiles", Resource::Buffer(&profiles)),
-                ("environment", Resource::Image(&scene.environment)),
-                ("light_map", Resource::Image(light_map)),
-            ],
-        )?;
+        let own = [
+            ("patches", Resource::Buffer(patches)),
+            ("profiles", Resource::Buffer(&profiles)),
+            ("light_map", Resource::Image(light_map)),
+        ];
+        let pipeline = scene.compute(context, &shaders::PINHOLE_COMP, &own)?;
         Ok(Self {
             pipeline,
             epsilon: settings.epsilon,
             spread: if settings.filter { SPREAD } else { 0.0 },
+            _profiles: profiles,
         })
     }
 
@@ -56,21 +50,31 @@ impl Pinhole {
             .map(move |first| (first, BATCH.min(patches - first)))
     }
 
-    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: (u32, u32)) {
-        for (receiver, tile) in scene.tiles.iter().enumerate() {
-            let push = PinholePush {
-                receiver: receiver as u32,
-                first_patch: batch.0,
-                batch_patches: batch.1,
-                sun_count: scene.sun_count,
-                epsilon: self.epsilon,
-                spread: self.spread,
-                rotation: scene.rotation,
-                has_environment: u32::from(scene.has_environment),
-                trace: u32::from(scene.trace),
-            };
-            let [width, height] = tile.size;
-            recorder.dispatch(&self.pipeline, &push, [width, height, 1]);
-        }
+    /// The receivers' parts for such a batch. One in many pairs of texel and patch traces its rays,
+    /// to the light and to the receiver; each looks the light up.
+    pub fn parts(scene: &DeviceScene, (_, patches): (u32, u32)) -> Vec<(usize, Part)> {
+        scene.receiver_parts(patches.into())
+    }
+
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        (first_patch, batch_patches): (u32, u32),
+        (receiver, part): (usize, Part),
+    ) {
+        let push = PinholePush {
+            first: part.first,
+            receiver: receiver as u32,
+            first_patch,
+            batch_patches,
+            sun_count: scene.sun_count,
+            epsilon: self.epsilon,
+            spread: self.spread,
+            rotation: scene.rotation,
+            has_environment: u32::from(scene.has_environment),
+            trace: u32::from(scene.trace),
+        };
+        recorder.dispatch(&self.pipeline, &push, part.threads());
     }
 }

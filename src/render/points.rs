@@ -3,13 +3,13 @@
 
 use super::layout::{PointSplat, PointsDrawPush, PointsPush};
 use super::upload::DeviceScene;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
 use glam::Vec2;
 use std::sync::Arc;
 
-/// Points of one batch; its buffer stays under the 128 MiB that lavapipe allows.
-const BATCH: u32 = 1 << 17;
+/// Bytes that the points of one batch may take: more are not faster, and leave the caches.
+const MOST_BYTES: u64 = 8 << 20;
 
 pub struct Points {
     trace: Pipeline,
@@ -18,50 +18,46 @@ pub struct Points {
     points: u32,
     /// (first point, points)
     pub batches: Vec<(u32, u32)>,
+    /// Bound to the pipelines.
+    _splats: Buffer,
 }
 
 impl Points {
     /// Points on `scene`'s mirrors, `samples` in all.
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, samples: u32) -> Result<Self> {
         let points = samples.div_ceil(scene.sun_count.max(1));
-        let all = if scene.reflector_count > 0 {
-            points * scene.sun_count
-        } else {
-            0
+        let all = match points.checked_mul(scene.sun_count) {
+            _ if scene.reflector_count == 0 => 0,
+            Some(all) => all,
+            None => {
+                return Err(Error::Usage {
+                    reason: format!("{points} points for each of {} suns", scene.sun_count),
+                    remedy: "ask for fewer samples".into(),
+                });
+            }
         };
+        let bytes = scene.tiles.len() as u64 * size_of::<PointSplat>() as u64;
+        let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let batches = (0..all)
-            .step_by(BATCH as usize)
-            .map(|first| (first, BATCH.min(all - first)))
+            .step_by(batch as usize)
+            .map(|first| (first, batch.min(all - first)))
             .collect();
-        let bytes =
-            u64::from(BATCH.min(all)) * scene.tiles.len() as u64 * size_of::<PointSplat>() as u64;
-        let splats = Buffer::new(context, "point splats", bytes)?;
-        let trace = Pipeline::compute(
-            context,
-            &shaders::POINTS_COMP,
-            &[
-                ("triangles", Resource::Buffer(&scene.triangles)),
-                ("normals", Resource::Buffer(&scene.normals)),
-                ("nodes", Resource::Buffer(&scene.nodes)),
-                ("objects", Resource::Buffer(&scene.objects)),
-                ("suns", Resource::Buffer(&scene.suns)),
-                ("receivers", Resource::Buffer(&scene.receivers)),
-                ("reflectors", Resource::Buffer(&scene.reflectors)),
-                ("splats", Resource::Buffer(&splats)),
-            ],
-        )?;
+        let splats = Buffer::new(context, "point splats", u64::from(batch.min(all)) * bytes)?;
+        let own = [("splats", Resource::Buffer(&splats))];
+        let trace = scene.compute(context, &shaders::POINTS_COMP, &own)?;
         let draw = Pipeline::graphics(
             context,
             &shaders::POINTS_VERT,
             &shaders::POINTS_FRAG,
             Topology::Points,
-            &[("splats", Resource::Buffer(&splats))],
+            &own,
         )?;
         Ok(Self {
             trace,
             draw,
             points,
             batches,
+            _splats: splats,
         })
     }
 

@@ -62,15 +62,10 @@ impl Project {
         let coarse = Buffer::new(context, "coarse levels", 4 * u64::from(receiver_count))?;
         let steps = Buffer::new(context, "resolve steps", 12 * u64::from(COARSEST))?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
-        let project = Pipeline::compute(
+        let project = scene.compute(
             context,
             &shaders::PROJECT_COMP,
             &[
-                ("triangles", Resource::Buffer(&scene.triangles)),
-                ("nodes", Resource::Buffer(&scene.nodes)),
-                ("objects", Resource::Buffer(&scene.objects)),
-                ("suns", Resource::Buffer(&scene.suns)),
-                ("receivers", Resource::Buffer(&scene.receivers)),
                 ("patches", Resource::Buffer(patches)),
                 ("profiles", Resource::Buffer(&profiles)),
                 ("footprints", Resource::Buffer(&footprints)),
@@ -79,7 +74,7 @@ impl Project {
                 ("coarse", Resource::Buffer(&coarse)),
             ],
         )?;
-        let compact = Pipeline::compute(
+        let compact = scene.compute(
             context,
             &shaders::COMPACT_COMP,
             &[
@@ -87,7 +82,6 @@ impl Project {
                 ("group_counts", Resource::Buffer(&group_counts)),
                 ("order", Resource::Buffer(&order)),
                 ("arguments", Resource::Buffer(&arguments)),
-                ("receivers", Resource::Buffer(&scene.receivers)),
                 ("coarse", Resource::Buffer(&coarse)),
                 ("steps", Resource::Buffer(&steps)),
             ],

@@ -18,15 +18,11 @@ impl Resolve {
         project: &Project,
         light_map: &Image,
     ) -> Result<Self> {
-        let pipeline = Pipeline::compute(
-            context,
-            &shaders::RESOLVE_COMP,
-            &[
-                ("receivers", Resource::Buffer(&scene.receivers)),
-                ("coarse", Resource::Buffer(&project.coarse)),
-                ("light_map", Resource::Image(light_map)),
-            ],
-        )?;
+        let own = [
+            ("coarse", Resource::Buffer(&project.coarse)),
+            ("light_map", Resource::Image(light_map)),
+        ];
+        let pipeline = scene.compute(context, &shaders::RESOLVE_COMP, &own)?;
         Ok(Self { pipeline })
     }
 

@@ -6,6 +6,9 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
 
+/// Patches of a dispatch: every device takes 65 535 workgroups, of 64 threads here.
+const BATCH: u32 = 65_535 * 64;
+
 pub struct Sample {
     pipeline: Pipeline,
     pub patches: Buffer,
@@ -15,24 +18,72 @@ impl Sample {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene) -> Result<Self> {
         let bytes = u64::from(scene.patch_count) * size_of::<Patch>() as u64;
         let patches = Buffer::new(context, "patches", bytes)?;
-        let pipeline = Pipeline::compute(
-            context,
-            &shaders::SAMPLE_COMP,
-            &[
-                ("triangles", Resource::Buffer(&scene.triangles)),
-                ("normals", Resource::Buffer(&scene.normals)),
-                ("reflectors", Resource::Buffer(&scene.reflectors)),
-                ("patches", Resource::Buffer(&patches)),
-            ],
-        )?;
+        let own = [("patches", Resource::Buffer(&patches))];
+        let pipeline = scene.compute(context, &shaders::SAMPLE_COMP, &own)?;
         Ok(Self { pipeline, patches })
     }
 
     pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene) {
-        let push = SamplePush {
-            patch_count: scene.patch_count,
-            reflector_count: scene.reflector_count,
+        for first_patch in (0..scene.patch_count).step_by(BATCH as usize) {
+            let push = SamplePush {
+                first_patch,
+                patch_count: scene.patch_count,
+                reflector_count: scene.reflector_count,
+            };
+            let patches = BATCH.min(scene.patch_count - first_patch);
+            recorder.dispatch(&self.pipeline, &push, [patches, 1, 1]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::ContextOptions;
+    use crate::render::Settings;
+    use crate::render::layout::Triangle;
+    use std::path::Path;
+
+    /// The patches of a finely cut triangle are its n² cells, each once.
+    #[test]
+    fn patches_tile_their_triangle() {
+        const N: u32 = 600;
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/mirror.toml");
+        let scene = crate::scene::load(&file).unwrap().scene;
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        let settings = Settings {
+            samples: 2 * N * N,
+            ..Settings::default()
         };
-        recorder.dispatch(&self.pipeline, &push, [scene.patch_count, 1, 1]);
+        let device = DeviceScene::new(&context, &scene, &settings).unwrap();
+        assert_eq!(device.patch_count, 2 * N * N);
+        let sample = Sample::new(&context, &device).unwrap();
+        let mut recorder = Recorder::new(&context).unwrap();
+        sample.record(&mut recorder, &device);
+        recorder.submit().unwrap();
+
+        let triangles = device.triangles.read::<Triangle>(4).unwrap();
+        let patches = sample.patches.read::<Patch>(2 * (N * N) as usize).unwrap();
+        let n = N as usize;
+        for patches in patches.chunks(n * n) {
+            let triangle = triangles[patches[0].triangle as usize];
+            let mut seen = vec![false; 2 * n * n];
+            for patch in patches {
+                assert_eq!(patch.triangle, patches[0].triangle);
+                let from_corner = patch.position - triangle.position;
+                let along =
+                    |edge: glam::Vec3| N as f32 * from_corner.dot(edge) / edge.length_squared();
+                // The edges from a rect's first corner are not both perpendicular.
+                let (a, b) = (triangle.edge1, triangle.edge2);
+                let overlap = [a.dot(b) / a.length_squared(), a.dot(b) / b.length_squared()];
+                let (s, t) = (along(a), along(b));
+                let share = 1.0 - overlap[0] * overlap[1];
+                let (s, t) = ((s - overlap[0] * t) / share, (t - overlap[1] * s) / share);
+                let turned = s.fract() + t.fract() > 1.0;
+                assert!(s + t < N as f32, "{s} {t}");
+                let cell = 2 * (t as usize * n + s as usize) + usize::from(turned);
+                assert!(!std::mem::replace(&mut seen[cell], true), "twice: {s} {t}");
+            }
+        }
     }
 }

@@ -1,12 +1,18 @@
 //! shade: the camera's view of surfaces, direct light, mirrors and caustics.
 
 use super::layout::ShadePush;
+use super::parts::{Part, parts};
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Sampling, shaders};
 use crate::scene::Camera;
 use glam::DVec3;
 use std::sync::Arc;
+
+/// Rays to each sun that a pixel's samples share; the constants of shade.comp.
+const SUN_RAYS: u64 = 16;
+/// Of a sample, to the environment.
+const ENVIRONMENT_RAYS: u64 = 32;
 
 pub struct Shade {
     pipeline: Pipeline,
@@ -23,27 +29,34 @@ impl Shade {
         size: [u32; 2],
     ) -> Result<Self> {
         let view = Image::new(context, "view", size, 1, Sampling::Clamp)?;
-        let pipeline = Pipeline::compute(
-            context,
-            &shaders::SHADE_COMP,
-            &[
-                ("triangles", Resource::Buffer(&scene.triangles)),
-                ("normals", Resource::Buffer(&scene.normals)),
-                ("nodes", Resource::Buffer(&scene.nodes)),
-                ("objects", Resource::Buffer(&scene.objects)),
-                ("suns", Resource::Buffer(&scene.suns)),
-                ("receivers", Resource::Buffer(&scene.receivers)),
-                ("environment", Resource::Image(&scene.environment)),
-                ("light_map", Resource::Image(light_map)),
-                ("direct_map", Resource::Image(direct_map)),
-                ("view", Resource::Image(&view)),
-            ],
-        )?;
+        let own = [
+            ("light_map", Resource::Image(light_map)),
+            ("direct_map", Resource::Image(direct_map)),
+            ("view", Resource::Image(&view)),
+        ];
+        let pipeline = scene.compute(context, &shaders::SHADE_COMP, &own)?;
         Ok(Self { pipeline, view })
     }
 
-    /// The picture of `camera` with `side`² samples a pixel.
-    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, camera: &Camera, side: u32) {
+    /// The parts of the picture with `side`² samples a pixel.
+    pub fn parts(&self, scene: &DeviceScene, side: u32) -> impl Iterator<Item = Part> + use<> {
+        let samples = u64::from(side) * u64::from(side);
+        let of_sample = 1 + ENVIRONMENT_RAYS * u64::from(scene.has_environment);
+        // Each sample has one to each sun at least.
+        let of_suns = SUN_RAYS.max(samples) * u64::from(scene.sun_count);
+        let size = [self.view.width, self.view.height];
+        parts(size, samples * of_sample + of_suns)
+    }
+
+    /// A part of the picture of `camera` with `side`² samples a pixel.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        camera: &Camera,
+        side: u32,
+        part: Part,
+    ) {
         let forward = (camera.target - camera.position).normalize();
         let right = forward.cross(DVec3::Y).normalize();
         let up = right.cross(forward);
@@ -58,8 +71,8 @@ impl Shade {
             rotation: scene.rotation,
             forward: forward.as_vec3(),
             side,
+            first: part.first,
         };
-        let pixels = [self.view.width, self.view.height, 1];
-        recorder.dispatch(&self.pipeline, &push, pixels);
+        recorder.dispatch(&self.pipeline, &push, part.threads());
     }
 }

@@ -6,12 +6,14 @@
 use super::Settings;
 use super::bvh::Bvh;
 use super::layout::{self, DIFFUSE, MIRROR, NO_RECEIVER};
+use super::parts::{Part, parts};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Image, Sampling};
+use crate::gpu::{Buffer, Context, Image, Pipeline, Resource, Sampling, Shader};
 use crate::scene::{EnvironmentMap, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec3, UVec2};
 use obvhs::triangle::Triangle as BvhTriangle;
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// A receiver's part of the light-map atlas.
@@ -21,6 +23,8 @@ pub struct Tile {
     pub object: usize,
     pub origin: [u32; 2],
     pub size: [u32; 2],
+    /// One of its rect's two triangles.
+    pub triangle: u32,
 }
 
 /// The scene on the device.
@@ -35,7 +39,7 @@ pub struct DeviceScene {
     pub environment: Image,
     pub sun_count: u32,
     pub has_environment: bool,
-    /// Of the environment, rad.
+    /// Of the environment, rad, 0 to 2π.
     pub rotation: f32,
     pub reflector_count: u32,
     pub patch_count: u32,
@@ -68,8 +72,8 @@ impl DeviceScene {
             .collect();
         let origin = middle(&meshes);
 
-        let soup = Soup::new(scene, &meshes, origin);
-        let (tiles, atlas) = pack_tiles(scene, context.max_image_side())?;
+        let soup = Soup::new(scene, &meshes, origin)?;
+        let (tiles, atlas) = pack_tiles(scene, &soup, context.max_image_side())?;
         let receivers = receivers(scene, &tiles, origin);
         let objects: Vec<_> = scene
             .objects
@@ -100,7 +104,10 @@ impl DeviceScene {
                     rotation,
                 } => {
                     if environment
-                        .replace((mip_chain(map, *scale as f32), *rotation as f32))
+                        .replace((
+                            mip_chain(map, *scale as f32),
+                            rotation.rem_euclid(TAU) as f32,
+                        ))
                         .is_some()
                     {
                         return Err(Error::Usage {
@@ -113,10 +120,7 @@ impl DeviceScene {
         }
 
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
-        let reflectors = reflectors(scene, &soup, &suns, all_lit, settings.samples);
-        let patch_count = reflectors
-            .last()
-            .map_or(0, |r| r.first_patch + r.subdivision * r.subdivision);
+        let (reflectors, patch_count) = reflectors(scene, &soup, &suns, all_lit, settings.samples)?;
         let trace = can_block(scene, &meshes);
         if !trace {
             notes.push(
@@ -153,6 +157,45 @@ impl DeviceScene {
             notes,
         })
     }
+
+    /// A compute pipeline with those of the scene's buffers and images that `shader` names, and
+    /// the stage's `own`.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the driver refuses.
+    ///
+    /// # Panics
+    /// Where `shader` does not name one of `own`: a programmer's mistake.
+    pub fn compute(
+        &self,
+        context: &Arc<Context>,
+        shader: &'static Shader,
+        own: &[(&'static str, Resource)],
+    ) -> Result<Pipeline> {
+        for (name, _) in own {
+            let named = shader.bindings.iter().any(|binding| binding.name == *name);
+            assert!(named, "{} has no {name}", shader.name);
+        }
+        let shared = [
+            ("triangles", Resource::Buffer(&self.triangles)),
+            ("normals", Resource::Buffer(&self.normals)),
+            ("nodes", Resource::Buffer(&self.nodes)),
+            ("objects", Resource::Buffer(&self.objects)),
+            ("suns", Resource::Buffer(&self.suns)),
+            ("receivers", Resource::Buffer(&self.receivers)),
+            ("reflectors", Resource::Buffer(&self.reflectors)),
+            ("environment", Resource::Image(&self.environment)),
+        ];
+        Pipeline::compute(context, shader, &[own, &shared].concat())
+    }
+
+    /// Parts of all receivers' tiles, with `rays` rays a texel, each with the receiver's index.
+    pub fn receiver_parts(&self, rays: u64) -> Vec<(usize, Part)> {
+        let of_tile = |(receiver, tile): (usize, &Tile)| {
+            parts(tile.size, rays).map(move |part| (receiver, part))
+        };
+        self.tiles.iter().enumerate().flat_map(of_tile).collect()
+    }
 }
 
 /// Middle of the bounding box.
@@ -163,6 +206,9 @@ fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
     0.5 * (lower + upper)
 }
 
+/// What a link of the hierarchy can name.
+const MOST_TRIANGLES: usize = 1 << 28;
+
 /// All triangles of the scene in the order of the hierarchy's leaves.
 struct Soup {
     triangles: Vec<layout::Triangle>,
@@ -172,8 +218,15 @@ struct Soup {
 }
 
 impl Soup {
-    fn new(scene: &Scene, meshes: &[Cow<Mesh>], origin: DVec3) -> Self {
-        let mut triangles = Vec::new();
+    fn new(scene: &Scene, meshes: &[Cow<Mesh>], origin: DVec3) -> Result<Self> {
+        let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        if count >= MOST_TRIANGLES {
+            return Err(Error::Usage {
+                reason: format!("the scene has {count} triangles"),
+                remedy: format!("use coarser meshes, of {MOST_TRIANGLES} triangles at most"),
+            });
+        }
+        let mut triangles = Vec::with_capacity(count);
         let mut normals = Vec::new();
         let mut boxes = Vec::new();
         for (index, (mesh, object)) in meshes.iter().zip(&scene.objects).enumerate() {
@@ -186,7 +239,7 @@ impl Soup {
                     edge1: (p1 - p0).as_vec3(),
                     blocks: u32::from(object.blocks_light),
                     edge2: (p2 - p0).as_vec3(),
-                    unused: 0.0,
+                    twin: 0, // known when they are in order
                 });
                 normals.push(layout::Normals {
                     n0,
@@ -204,7 +257,7 @@ impl Soup {
         }
         let bvh = Bvh::new(&boxes);
         let order = |i: &u32| *i as usize;
-        Self {
+        let mut soup = Self {
             triangles: bvh.order.iter().map(|i| triangles[order(i)]).collect(),
             normals: bvh.order.iter().map(|i| normals[order(i)]).collect(),
             nodes: [
@@ -212,7 +265,19 @@ impl Soup {
                 bytemuck::cast_slice(&bvh.nodes),
             ]
             .concat(),
+        };
+        let mut of_rect = vec![None; scene.objects.len()];
+        for index in 0..soup.triangles.len() {
+            soup.triangles[index].twin = index as u32;
+            let object = soup.triangles[index].object as usize;
+            if let Geometry::Rect(_) = scene.objects[object].geometry
+                && let Some(other) = of_rect[object].replace(index)
+            {
+                soup.triangles[index].twin = other as u32;
+                soup.triangles[other].twin = index as u32;
+            }
         }
+        Ok(soup)
     }
 }
 
@@ -235,7 +300,7 @@ fn padded(size: [u32; 2]) -> [u32; 2] {
 }
 
 /// Places the receivers' light maps in columns.
-fn pack_tiles(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
+fn pack_tiles(scene: &Scene, soup: &Soup, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     let mut tiles: Vec<Tile> = Vec::new();
     let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
     for (object, _, size) in scene.receivers() {
@@ -252,10 +317,12 @@ fn pack_tiles(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
         if y + padded[1] > max_side {
             (x, y) = (width, 0);
         }
+        let triangle = (soup.triangles.iter()).position(|t| t.object as usize == object);
         tiles.push(Tile {
             object,
             origin: [x, y],
             size,
+            triangle: triangle.expect("a rect has triangles") as u32,
         });
         y += padded[1];
         width = width.max(x + padded[0]);
@@ -311,14 +378,19 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<usize>) -> layout:
 ///
 /// All triangles of an object are cut alike, as its mesh was made: where patch sizes jump, the
 /// footprints' sum is uneven. Only a triangle of more than [`LARGE`] times the object's mean area
-/// is cut more finely.
+/// is cut more finely. Also returns the number of patches.
+///
+/// # Errors
+/// [`Error::Usage`] where there are more pairs of patch and sun than 32 bits count.
 fn reflectors(
     scene: &Scene,
     soup: &Soup,
     suns: &[layout::Sun],
     all_lit: bool,
     samples: u32,
-) -> Vec<layout::Reflector> {
+) -> Result<(Vec<layout::Reflector>, u32)> {
+    /// Leaves room to round up.
+    const MOST_PAIRS: u64 = 1 << 31;
     const LARGE: f64 = 4.0;
     let mut lit = Vec::new();
     let mut objects = vec![(0.0, 0.0); scene.objects.len()]; // area, triangles
@@ -335,24 +407,32 @@ fn reflectors(
         }
     }
     let total: f64 = lit.iter().map(|(_, _, area)| area).sum();
-    let (mut first_patch, mut cumulative_area) = (0, 0.0);
-    lit.into_iter()
-        .map(|(triangle, object, area)| {
-            let mean = objects[object].0 / objects[object].1;
-            let patches = f64::from(samples) * mean / total;
-            let finer = (area / (LARGE * mean)).sqrt().max(1.0);
-            let subdivision = (patches.sqrt().round().max(1.0) * finer).round() as u32;
-            cumulative_area += area;
-            let reflector = layout::Reflector {
-                triangle,
-                first_patch,
-                subdivision,
-                cumulative_area: cumulative_area as f32,
-            };
-            first_patch += subdivision * subdivision;
-            reflector
-        })
-        .collect()
+    let (mut patch_count, mut cumulative_area) = (0u64, 0.0);
+    let mut reflectors = Vec::with_capacity(lit.len());
+    for (triangle, object, area) in lit {
+        let mean = objects[object].0 / objects[object].1;
+        let patches = f64::from(samples) * mean / total;
+        let finer = (area / (LARGE * mean)).sqrt().max(1.0);
+        let subdivision = (patches.sqrt().round().max(1.0) * finer).round() as u32;
+        cumulative_area += area;
+        reflectors.push(layout::Reflector {
+            triangle,
+            first_patch: patch_count as u32,
+            subdivision,
+            cumulative_area: cumulative_area as f32,
+        });
+        patch_count += u64::from(subdivision) * u64::from(subdivision);
+        let pairs = patch_count.saturating_mul(suns.len().max(1) as u64);
+        if pairs > MOST_PAIRS {
+            return Err(Error::Usage {
+                reason: format!(
+                    "{samples} samples make more than {MOST_PAIRS} patches, counted once a sun"
+                ),
+                remedy: "ask for fewer samples".into(),
+            });
+        }
+    }
+    Ok((reflectors, patch_count as u32))
 }
 
 /// Whether any part of a sun's disc may shine on the triangle's front.

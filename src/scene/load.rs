@@ -24,8 +24,10 @@ use super::asset::{self, AssetRoot, refused};
 use super::file::{
     CameraEntry, LightEntry, MaterialEntry, ObjectEntry, RectEntry, Section, Source,
 };
-use super::{Camera, Geometry, Light, LightKind, Material, MaterialKind, Object, Rect, Scene};
-use super::{environment, mesh, obj};
+use super::{
+    Camera, Geometry, Light, LightKind, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene,
+};
+use super::{environment, light_map_side, mesh, obj};
 use crate::error::Result;
 use glam::DVec3;
 use std::collections::HashSet;
@@ -38,8 +40,6 @@ use toml::Spanned;
 const MAX_BYTES: u64 = 16 << 20;
 /// Coordinates, m.
 const METRES: RangeInclusive<f64> = -1e9..=1e9;
-/// Texels of a light map's side.
-const LIGHT_MAP_SIDES: RangeInclusive<u32> = 1..=16384;
 
 /// A scene that is fit to be rendered.
 #[derive(Debug)]
@@ -180,8 +180,25 @@ impl<'a> Loader<'a> {
                 let angle = &entry.rotation_degrees;
                 let rotation = section.number_or(0.0, "rotation_degrees", angle, -1e6..=1e6)?;
                 let path = self.resolve(&section, section.required("file", &entry.file)?)?;
+                let map = environment::read(&path, &mut self.warnings)?;
+                let brightest =
+                    (map.radiance.as_flattened().iter()).fold(0.0, |a: f32, b| a.max(*b));
+                if f64::from(brightest) * scale > f64::from(MAX_RADIANCE) {
+                    let reason = format!(
+                        "the image's brightest value {brightest:e} times scale {scale} is more than {MAX_RADIANCE:e} W/m²/sr"
+                    );
+                    let place = entry
+                        .scale
+                        .as_ref()
+                        .map_or(section.span.clone(), Spanned::span);
+                    return Err(section.error(
+                        place,
+                        &reason,
+                        "lower the scale, or darken the image",
+                    ));
+                }
                 LightKind::Environment {
-                    map: Arc::new(environment::read(&path, &mut self.warnings)?),
+                    map: Arc::new(map),
                     scale,
                     rotation: rotation.to_radians(),
                 }
@@ -318,19 +335,10 @@ impl<'a> Loader<'a> {
             let remedy = "remove `lightmap`, or use a diffuse material";
             return error("a mirror receives no light, so it has no light map", remedy);
         }
-        let texels = texels.get_ref();
-        let side = |side: i64| {
-            u32::try_from(side)
-                .ok()
-                .filter(|s| LIGHT_MAP_SIDES.contains(s))
-        };
-        let [Some(width), Some(height)] = texels.map(side) else {
-            let (low, high) = (LIGHT_MAP_SIDES.start(), LIGHT_MAP_SIDES.end());
-            let reason =
-                format!("lightmap: {texels:?} has a side not within {low} and {high} texels");
-            return error(&reason, "correct the size");
-        };
-        Ok([width, height])
+        match texels.get_ref().map(light_map_side) {
+            [Ok(width), Ok(height)] => Ok([width, height]),
+            [Err(reason), _] | [_, Err(reason)] => error(&reason, "correct the size"),
+        }
     }
 
     fn material_index(&self, section: &Section, name: &Spanned<String>) -> Result<usize> {

@@ -17,6 +17,24 @@ pub use load::{Loaded, load};
 use glam::DVec3;
 use std::sync::Arc;
 
+/// Most texels on a side of a light map: 8192² RGB values in f64 take 1.6 GB.
+pub const MAX_LIGHT_MAP_SIDE: u32 = 8192;
+
+/// A number of texels that a side of a light map can have.
+///
+/// # Errors
+/// The reason why not.
+pub fn light_map_side(texels: i64) -> Result<u32, String> {
+    (u32::try_from(texels).ok())
+        .filter(|side| (1..=MAX_LIGHT_MAP_SIDE).contains(side))
+        .ok_or_else(|| {
+            format!("a light map has 1 to {MAX_LIGHT_MAP_SIDE} texels a side, not {texels}")
+        })
+}
+
+/// Most radiance of an environment, W/m²/sr: sums of many such are still f32 values.
+pub const MAX_RADIANCE: f32 = 1e30;
+
 /// Everything the renderer needs to know.
 #[derive(Debug, Clone)]
 pub struct Scene {
@@ -60,7 +78,7 @@ pub enum LightKind {
     /// Radiance from every direction.
     Environment {
         map: Arc<EnvironmentMap>,
-        /// Factor on the map's radiance.
+        /// Factor on the map's radiance, which stays within [`MAX_RADIANCE`].
         scale: f64,
         /// Rotation about +y, rad: a direction at azimuth u of the map appears at u + rotation.
         rotation: f64,

@@ -33,6 +33,18 @@ pub fn nephroid() -> Command {
     Command::cargo_bin("nephroid").unwrap()
 }
 
+/// What a command that succeeds prints with `--json`.
+pub fn json(command: &mut Command) -> serde_json::Value {
+    let output = command
+        .arg("--json")
+        .assert()
+        .success()
+        .get_output()
+        .stdout
+        .clone();
+    serde_json::from_slice(&output).unwrap()
+}
+
 /// Fails with an exit code, a message that holds every part, and nothing on stdout.
 pub fn refuses(command: &mut Command, code: i32, parts: &[&str]) {
     let mut assert = command.assert().code(code).stdout("");

@@ -1,0 +1,77 @@
+//! The files that a command reads and writes.
+
+use clap::Args;
+use nephroid::image_file::check_writable;
+use nephroid::scene::Scene;
+use nephroid::{Error, Result};
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub struct Files {
+    /// Scene file (.toml)
+    pub scene: PathBuf,
+    /// Image file to write
+    #[arg(short, long)]
+    pub output: PathBuf,
+}
+
+/// Files of a command that writes the light map of one receiver, as EXR.
+#[derive(Args)]
+pub struct MapFiles {
+    #[command(flatten)]
+    pub files: Files,
+    /// Receiver; may be left out if the scene has only one
+    #[arg(long)]
+    receiver: Option<String>,
+}
+
+impl Files {
+    /// Finds out before the work whether the output has one of these extensions and can be
+    /// written.
+    pub fn check_output(&self, extensions: &[&str]) -> Result<()> {
+        if !extensions.iter().any(|e| has_extension(&self.output, e)) {
+            let kinds = extensions.join(" or .");
+            return Err(Error::Usage {
+                reason: format!("{} is no .{kinds} file", self.output.display()),
+                remedy: format!("end the output's name with .{kinds}"),
+            });
+        }
+        check_writable(&self.output)
+    }
+}
+
+impl MapFiles {
+    /// Index and texels of the receiver asked for, or of the only one.
+    pub fn find_receiver(&self, scene: &Scene) -> Result<(usize, [u32; 2])> {
+        let receivers: Vec<(usize, [u32; 2])> = (scene.receivers())
+            .map(|(index, _, texels)| (index, texels))
+            .collect();
+        let names: Vec<&str> = (receivers.iter())
+            .map(|&(index, _)| scene.objects[index].name.as_str())
+            .collect();
+        let usage = |reason: String| {
+            let remedy = match names.as_slice() {
+                [] => "give a diffuse rect of the scene a `lightmap = [256, 256]`".into(),
+                names => format!("choose one with --receiver: {}", names.join(", ")),
+            };
+            Err(Error::Usage { reason, remedy })
+        };
+        match &self.receiver {
+            Some(name) => match names.iter().position(|candidate| candidate == name) {
+                Some(position) => Ok(receivers[position]),
+                None => usage(format!("the scene has no receiver called `{name}`")),
+            },
+            None => match receivers.as_slice() {
+                [only] => Ok(*only),
+                [] => usage("the scene has no receiver".into()),
+                several => usage(format!("the scene has {} receivers", several.len())),
+            },
+        }
+    }
+}
+
+/// Whether the file's name ends so, in letters of either case.
+pub fn has_extension(path: &Path, wanted: &str) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
+}
