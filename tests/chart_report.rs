@@ -68,7 +68,7 @@ fn series(index: usize, floor: f64) -> Series {
 
 /// A crescent of light, blurred by `width` and grained by `noise`.
 fn crescent(width: f32, noise: f32) -> RgbImage {
-    let size = 96;
+    let size = 96usize;
     let pixels = (0..size * size)
         .map(|i| {
             let [x, y] = [i % size, i / size].map(|v| v as f32 / size as f32 * 2.0 - 1.0);
@@ -476,7 +476,7 @@ fn the_page_works_in_a_browser() {
         "<script src=\"https://example.invalid/\"></script></body>",
         "Content Security",
     );
-    broken("k \\u003c 0.45 \\u0026amp; 0", "k", "p_max");
+    broken("k \\u0026lt; 0.45 \\u0026amp; 0", "k", "p_max");
 }
 
 #[test]

@@ -4,9 +4,9 @@
 use super::{Chart, Peer, Point, SceneChart, pareto};
 use std::ops::Range;
 
-/// Okabe and Ito's palette (*Color Universal Design*, 2008) without its yellow, which is too light
-/// on white, as sRGB.
-const COLOURS: [[u8; 3]; 7] = [
+/// For any colour vision, sRGB: Okabe and Ito's palette (*Color Universal Design*, 2008) without its
+/// yellow, which is too light on white, then two of Tol's *muted* (*Colour Schemes*, 2021).
+const COLOURS: [[u8; 3]; 9] = [
     [0x00, 0x72, 0xb2],
     [0xd5, 0x5e, 0x00],
     [0x00, 0x9e, 0x73],
@@ -14,6 +14,8 @@ const COLOURS: [[u8; 3]; 7] = [
     [0x56, 0xb4, 0xe9],
     [0xe6, 0x9f, 0x00],
     [0x00, 0x00, 0x00],
+    [0x88, 0x22, 0x55],
+    [0x99, 0x99, 0x33],
 ];
 
 /// Shape of a point.
@@ -27,7 +29,7 @@ pub(super) enum Marker {
     Cross,
 }
 
-// One fewer than colours: the two lists together repeat after 42 names.
+// With the colours, a look repeats after 18 names.
 const MARKERS: [Marker; 6] = [
     Marker::Circle,
     Marker::Square,
@@ -93,7 +95,7 @@ pub(super) fn peer_label(chart: &Chart, peer: &Peer) -> String {
     let place = if chart.is_local(peer) {
         ""
     } else {
-        ", measured on other hardware"
+        ", other hardware"
     };
     format!("{}{place}", peer.title())
 }
@@ -181,8 +183,8 @@ impl Axis {
         let range = low / 10f64.powf(margin)..high * 10f64.powf(margin);
         let decades = (range.end / range.start).log10();
         let numbered: &[u32] = match decades {
-            ..1.6 => &[1, 2, 5],
-            ..2.6 => &[1, 3],
+            ..2.1 => &[1, 2, 5],
+            ..4.1 => &[1, 3],
             _ => &[1],
         };
         let exponents = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
@@ -230,15 +232,20 @@ pub(super) const ERROR_TITLE: &str = "L1 error, %";
 pub(super) const FRONT_TITLE: &str = "Pareto front";
 pub(super) const FLOOR_TITLE: &str = "the reference's own error";
 
-/// `value` to three significant digits, without an exponent.
+/// `value` to three significant digits.
+pub(super) fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().expect("a number")
+}
+
+/// `value` to three significant digits, with zeros at the end and without an exponent.
 pub(super) fn figure(value: f64) -> String {
+    // Rounded first: 9.996 has as many digits before the point as 10.
+    let value = rounded(value);
     if value == 0.0 {
         return "0".into();
     }
-    // Rounded first: 9.996 has as many digits before the point as 10.
-    let rounded: f64 = format!("{value:.2e}").parse().expect("a number");
-    let exponent = rounded.abs().log10().floor() as i32;
-    format!("{rounded:.*}", (2 - exponent).max(0) as usize)
+    let exponent = value.abs().log10().floor() as i32;
+    format!("{value:.*}", (2 - exponent).max(0) as usize)
 }
 
 #[cfg(test)]

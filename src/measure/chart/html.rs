@@ -2,7 +2,7 @@
 
 use super::figure::{
     Axis, ERROR_TITLE, FLOOR_TITLE, FRONT_TITLE, Front, Legend, Marker, Style, TIME_TITLE, figure,
-    peer_groups, peer_label, peer_place, place,
+    peer_groups, peer_label, peer_place, place, rounded,
 };
 use super::strip::DIVERGING;
 use super::{Chart, DeviceKind, Peer, Picture, Point, SceneChart, Strip, Time};
@@ -70,11 +70,11 @@ fn library() -> String {
     scripts
 }
 
-/// Text as HTML, also within quotes.
+/// Text as HTML, also within quotes. By number, as plotly knows few names.
 fn escape(text: &str) -> String {
     (text.replace('&', "&amp;").replace('<', "&lt;"))
         .replace('>', "&gt;")
-        .replace('"', "&quot;")
+        .replace('"', "&#34;")
 }
 
 fn header(chart: &Chart) -> String {
@@ -103,7 +103,7 @@ fn section(chart: &Chart, scene: &SceneChart, legend: &Legend, index: usize) -> 
     let id = format!("plot-{index}");
     let floor = match scene.reference_error {
         0.0 => "in closed form".into(),
-        error => format!("good to {} %", figure(100.0 * error)),
+        error => format!("good to {} %", rounded(100.0 * error)),
     };
     let strips: String = scene.strips.iter().map(strip).collect();
     format!(
@@ -372,12 +372,12 @@ fn strip(strip: &Strip) -> String {
     let stops: Vec<String> = (DIVERGING.iter())
         .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
         .collect();
-    let scale = figure(strip.error_scale);
+    let scale = rounded(strip.error_scale);
     format!(
         "<h3>In about {} ms</h3>\n<div class=\"scale\">Error: −{scale} \
          <i style=\"background: linear-gradient(to right, {})\"></i> +{scale} W/m²</div>\n\
          <div class=\"strip\">\n{figures}</div>\n",
-        figure(1e3 * strip.seconds),
+        rounded(1e3 * strip.seconds),
         stops.join(", "),
     )
 }
