@@ -1,6 +1,7 @@
 //! The report of speed against accuracy, from invented measurements: what the files say, and that
 //! the page works in a browser.
 
+use headless_chrome::browser::tab::point::Point as Pixel;
 use headless_chrome::protocol::cdp::types::Event;
 use headless_chrome::{Browser, LaunchOptions, Tab};
 use nephroid::Error;
@@ -50,7 +51,7 @@ fn series(index: usize, floor: f64) -> Series {
                     p05: 0.93 * median,
                     p95: 1.3 * median,
                 },
-                gpu: (index % 2 == 0).then_some(Time {
+                gpu: index.is_multiple_of(2).then_some(Time {
                     median: 0.8 * median,
                     p05: 0.7 * median,
                     p95: 0.9 * median,
@@ -341,7 +342,7 @@ fn wait<T>(what: &str, mut done: impl FnMut() -> Option<T>) -> Result<T, String>
         if let Some(value) = done() {
             return Ok(value);
         }
-        if start.elapsed() > Duration::from_secs(10) {
+        if start.elapsed() > Duration::from_secs(60) {
             return Err(format!("waited in vain for {what}"));
         }
         std::thread::sleep(Duration::from_millis(50));
@@ -353,11 +354,7 @@ fn evaluate(tab: &Tab, script: &str) -> Option<serde_json::Value> {
 }
 
 /// Middle of the first element of `selector` with `text`, px in the window.
-fn middle(
-    tab: &Tab,
-    selector: &str,
-    text: &str,
-) -> Option<headless_chrome::browser::tab::point::Point> {
+fn middle(tab: &Tab, selector: &str, text: &str) -> Option<Pixel> {
     let script = format!(
         "(() => {{ const found = [...document.querySelectorAll({selector:?})]
            .find((e) => e.textContent.includes({text:?}));
@@ -368,7 +365,7 @@ fn middle(
     );
     let value = evaluate(tab, &script)?;
     let (x, y) = value.as_str()?.split_once(' ')?;
-    Some(headless_chrome::browser::tab::point::Point {
+    Some(Pixel {
         x: x.parse().ok()?,
         y: y.parse().ok()?,
     })
@@ -377,6 +374,7 @@ fn middle(
 /// Opens the page and does with it what a reader does.
 fn try_page(browser: &Browser, page: &Path) -> Result<(), String> {
     let tab = browser.new_tab().map_err(|e| e.to_string())?;
+    tab.set_default_timeout(Duration::from_secs(60));
     let complaints = Arc::new(Mutex::new(Vec::new()));
     let heard = complaints.clone();
     tab.enable_log().unwrap().enable_runtime().unwrap();

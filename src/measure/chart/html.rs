@@ -374,9 +374,9 @@ fn strip(strip: &Strip) -> String {
         .collect();
     let scale = rounded(strip.error_scale);
     format!(
-        "<h3>In about {} ms</h3>\n<div class=\"scale\">Error: −{scale} \
+        "<div class=\"strips\">\n<h3>In about {} ms</h3>\n<div class=\"scale\">Error: −{scale} \
          <i style=\"background: linear-gradient(to right, {})\"></i> +{scale} W/m²</div>\n\
-         <div class=\"strip\">\n{figures}</div>\n",
+         <div class=\"strip\">\n{figures}</div>\n</div>\n",
         rounded(1e3 * strip.seconds),
         stops.join(", "),
     )
@@ -464,9 +464,9 @@ fn table(chart: &Chart, scene: &SceneChart) -> String {
         ]);
     }
     format!(
-        "<details>\n<summary>All figures</summary>\n<table>\n<tr><th>Method</th><th>Samples</th>\
+        "<details>\n<summary>All figures</summary>\n<table>\n<thead><tr><th>Method</th><th>Samples</th>\
          <th>Light map</th><th>Wall, ms (5–95 %)</th><th>GPU, ms</th><th>L1, %</th><th>L2, %</th>\
-         <th>Energy ratio</th><th>Front</th><th>Settings</th></tr>\n{rows}</table>\n</details>\n"
+         <th>Energy ratio</th><th>Front</th><th>Settings</th></tr></thead>\n{rows}</table>\n</details>\n"
     )
 }
 
