@@ -175,16 +175,25 @@ pub fn write_exr(path: &Path, image: &RgbImage, layers: &[Layer], comment: &str)
 /// # Errors
 /// [`Error::Output`]
 pub fn write_png(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()> {
+    let file = encode_png(width, height, rgb).map_err(|e| Error::Output {
+        file: path.to_owned(),
+        reason: e.to_string(),
+        remedy: "choose a smaller image".into(),
+    })?;
+    write_atomically(path, &file)
+}
+
+/// The bytes of the file that [`write_png`] writes.
+pub(crate) fn encode_png(width: u32, height: u32, rgb: &[u8]) -> image::ImageResult<Vec<u8>> {
     use image::ImageEncoder;
     let mut file = Vec::new();
-    image::codecs::png::PngEncoder::new(&mut file)
-        .write_image(rgb, width, height, image::ExtendedColorType::Rgb8)
-        .map_err(|e| Error::Output {
-            file: path.to_owned(),
-            reason: e.to_string(),
-            remedy: "choose a smaller image".into(),
-        })?;
-    write_atomically(path, &file)
+    image::codecs::png::PngEncoder::new(&mut file).write_image(
+        rgb,
+        width,
+        height,
+        image::ExtendedColorType::Rgb8,
+    )?;
+    Ok(file)
 }
 
 #[cfg(test)]

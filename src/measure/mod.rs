@@ -1,5 +1,6 @@
 //! How far an image, or a sequence of images, is from the truth, and what it cost.
 
+pub mod chart;
 mod compare;
 mod profile;
 

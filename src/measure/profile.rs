@@ -31,12 +31,16 @@ impl Spread {
     pub fn of(samples: &[f64]) -> Self {
         let mut sorted = samples.to_vec();
         sorted.sort_by(f64::total_cmp);
-        let rank = |q: f64| sorted[(q * (sorted.len() - 1) as f64).round() as usize];
         Self {
-            median: rank(0.5),
-            p95: rank(0.95),
+            median: quantile(&sorted, 0.5),
+            p95: quantile(&sorted, 0.95),
         }
     }
+}
+
+/// The sample of nearest rank, `q` from 0 to 1; `sorted` rises and is not empty.
+pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
+    sorted[(q * (sorted.len() - 1) as f64).round() as usize]
 }
 
 /// Summarises frames of the same passes. Passes of one name within a frame, as batches are, count
