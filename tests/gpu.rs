@@ -17,6 +17,9 @@ fn compact(context: &Arc<Context>, order: &Buffer) -> Pipeline {
         ("group_counts", Resource::Buffer(&buffer("groups", 2))),
         ("order", Resource::Buffer(order)),
         ("arguments", Resource::Buffer(&buffer("arguments", 6))),
+        ("receivers", Resource::Buffer(&buffer("receivers", 16))),
+        ("coarse", Resource::Buffer(&buffer("coarse", 1))),
+        ("steps", Resource::Buffer(&buffer("steps", 15))),
     ];
     Pipeline::compute(context, &shaders::COMPACT_COMP, &resources).unwrap()
 }
@@ -36,7 +39,7 @@ fn pipelines_keep_what_is_bound_to_them() {
         Buffer::with_data(&device.0, "in the way", &[7u32; 64]).unwrap();
     }
     let mut recorder = Recorder::new(&device.0).unwrap();
-    recorder.dispatch(&pipeline, &[64u32, 2], [64, 1, 1]);
+    recorder.dispatch(&pipeline, &[64u32, 1], [64, 1, 1]);
     recorder.submit().unwrap();
     let expected: Vec<u32> = (0..64).map(|pair| 2 * pair).collect();
     assert_eq!(order.read::<u32>(64).unwrap(), expected);
@@ -48,7 +51,7 @@ fn a_dispatch_beyond_the_limit_is_an_error() {
     let device = Device::open();
     let order = order(&device.0);
     let pipeline = compact(&device.0, &order);
-    let push = [64u32, 2];
+    let push = [64u32, 1]; // pairs, receivers
     let mut recorder = Recorder::new(&device.0).unwrap();
     recorder
         .pass("too much", |r| {

@@ -79,6 +79,9 @@ fn reading_beyond_a_buffer_is_caught() {
                 ("group_counts", Resource::Buffer(&buffer(context, "groups"))),
                 ("order", Resource::Buffer(&buffer(context, "order"))),
                 ("arguments", Resource::Buffer(&buffer(context, "arguments"))),
+                ("receivers", Resource::Buffer(&buffer(context, "receivers"))),
+                ("coarse", Resource::Buffer(&buffer(context, "coarse"))),
+                ("steps", Resource::Buffer(&buffer(context, "steps"))),
             ];
             let pipeline = Pipeline::compute(context, &shaders::COMPACT_COMP, &resources).unwrap();
             let mut recorder = Recorder::new(context).unwrap();
