@@ -6,7 +6,7 @@ use common::{
     Device, assert_error, assert_physical, brighter, flux, footprint, load, method, options, rect,
     scaled, solve,
 };
-use nephroid::render::{Method, Settings};
+use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::Scene;
 
 /// A mean error of a few per cent a texel is one of much less in the sum.
@@ -92,6 +92,27 @@ fn mirror() {
 #[test]
 fn corner() {
     keeps_the_energy("corner.toml");
+}
+
+#[test]
+fn bumps() {
+    keeps_the_energy("bumps.toml");
+}
+
+/// 300 k patches and three receivers take more memory than one batch may.
+#[test]
+fn footprints_in_several_batches() {
+    let device = Device::open();
+    let scene = load("ring.toml");
+    let settings = footprint(300_000);
+    let mut renderer = Renderer::new(&device.0, &scene, &settings).unwrap();
+    renderer.caustic().unwrap();
+    assert_eq!(renderer.lit_patches().unwrap(), None, "several batches");
+    let truth = reference_flux(&scene);
+    let error = energy_error(&device, &scene, &settings, &truth);
+    let bright = brighter(scene.clone(), 1.01);
+    let perturbed = energy_error(&device, &bright, &settings, &truth);
+    assert_error("ring in batches, energy", 0.003, error, perturbed);
 }
 
 #[test]

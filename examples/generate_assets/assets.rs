@@ -11,6 +11,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("meshes/half_cylinder.obj", half_cylinder().into()),
         ("meshes/dish.obj", dish().into()),
         ("meshes/ball.obj", ball().into()),
+        ("meshes/bumps.obj", bumps().into()),
         ("meshes/post.obj", post().into()),
         ("environments/constant.hdr", constant_environment()),
     ]
@@ -158,6 +159,33 @@ fn icosphere(levels: u32) -> (Vec<DVec3>, Vec<[usize; 3]>) {
             .collect();
     }
     (directions, triangles)
+}
+
+/// Plate of 1 m², facing up, whose height is a sum of sines: focal lengths from 0.3 m on, so that
+/// its caustic has folds 0.8 m above.
+fn bumps() -> String {
+    const SIDE: usize = 48;
+    // Amplitude in m; wave vector along x and z in rad/m; phase in rad.
+    const WAVES: [(f64, DVec2, f64); 5] = [
+        (0.003, DVec2::new(11.0, 3.0), 0.3),
+        (0.002, DVec2::new(-5.0, 14.0), 1.7),
+        (0.0015, DVec2::new(17.0, 9.0), 4.1),
+        (0.001, DVec2::new(8.0, -19.0), 2.6),
+        (0.001, DVec2::new(-21.0, 12.0), 5.5),
+    ];
+    let mut obj = Obj::new("bumpy plate: 1 m by 1 m, bumps of a few mm");
+    obj.grid([SIDE, SIDE], |i, j| {
+        let at = DVec2::new(i as f64, -(j as f64)) / SIDE as f64 + DVec2::new(-0.5, 0.5);
+        let (mut height, mut slope) = (0.0, DVec2::ZERO);
+        for (amplitude, wave, phase) in WAVES {
+            let argument = wave.dot(at) + phase;
+            height += amplitude * argument.sin();
+            slope += amplitude * argument.cos() * wave;
+        }
+        let normal = DVec3::new(-slope.x, 1.0, -slope.y).normalize();
+        (DVec3::new(at.x, height, at.y), normal)
+    });
+    obj.text
 }
 
 /// Upright round post with a flat top, radius 0.06, height 0.3, standing on y = 0 in the caustic
