@@ -46,12 +46,14 @@
 //!   covariance and a flux. One ray finds whether the sun is visible, one whether the receiver is.
 //! - *compact*: footprints that exist are listed in a fixed order, so that equal input gives equal
 //!   bits on the same device and driver.
-//! - *splat*: each footprint becomes a quad, and its kernel is added to the light maps by blending.
+//! - *splat*: each footprint becomes a quad, and its kernel is added to the light maps by blending,
+//!   wide ones at a coarser level.
+//! - *resolve*: the coarser levels are interpolated and added to the light maps.
 //! - *direct*: light that reaches the receivers without a mirror.
 //! - *shade*: the camera's view. Diffuse surfaces show direct light and the light maps, mirrors show
 //!   what they reflect.
 //!
-//! The method `pinhole` replaces project, compact and splat by *gather*, the sum over all patches
+//! The method `pinhole` replaces project to resolve by *gather*, the sum over all patches
 //! at every texel. The method `points` replaces them and sample by *trace points* and *splat
 //! points*. [`render::Method`] lists them.
 //!
