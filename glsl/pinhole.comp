@@ -34,7 +34,6 @@ layout(push_constant) uniform PinholePush {
 #include "footprint.glsl"
 #include "environment.glsl"
 
-const float ALMOST = 0.9999;
 const int MOST_TAPS = 16;
 
 // Average radiance of the environment around w, by taps along the filter's long axis.

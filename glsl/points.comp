@@ -27,7 +27,6 @@ layout(push_constant) uniform PointsPush {
 #include "receiver.glsl"
 #include "sampling.glsl"
 
-const float ALMOST = 0.9999;
 
 // Fractions of the integer multiples of 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1: the additive
 // recurrence of lowest discrepancy in five dimensions (Roberts 2018), in units of 2^-32.

@@ -33,8 +33,6 @@ layout(push_constant) uniform ProjectPush {
 
 shared uvec2 group_count;
 
-// Rays are followed to this share of their length, so that the receiver itself does not block.
-const float ALMOST = 0.9999;
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float FEW_TEXELS = 36.0;
 // The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact

@@ -7,6 +7,8 @@ const uint FIRST_MASK = (1u << COUNT_SHIFT) - 1u;
 const uint NO_LINK = 0xffffffffu;
 const uint NO_TRIANGLE = 0xffffffffu;
 const float EDGE = 1e-6;
+// Rays to a receiver are followed to this share of their length, so that it does not block itself.
+const float ALMOST = 0.9999;
 // Farther than anything, in m. GLSL promises no infinities.
 const float FAR = 3.0e38;
 
