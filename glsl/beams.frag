@@ -24,9 +24,9 @@ float side_integral(vec2 a, vec2 b) {
     float x1 = max(first, last);
     float c0 = clamp(x0, 0.0, 1.0);
     float c1 = clamp(x1, 0.0, 1.0);
-    // Mean of the clamped x between x0 and x1.
+    // Mean of the clamped x between x0 and x1: the part within 0 to 1, and that beyond 1.
     float mean = c0;
-    if (x1 - x0 > 1e-6) mean = (0.5 * (c1 - c0) * (c1 + c0) + max(x1, 1.0) - max(x0, 1.0)) / (x1 - x0);
+    if (x1 - x0 > 1e-6) mean = (0.5 * (c1 - c0) * (c1 + c0) + max(x1 - max(x0, 1.0), 0.0)) / (x1 - x0);
     return (forward ? y1 - y0 : y0 - y1) * mean;
 }
 
