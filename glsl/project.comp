@@ -30,14 +30,12 @@ layout(push_constant) uniform ProjectPush {
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "footprint.glsl"
+#include "flux.glsl"
 
 shared uvec2 group_count;
 
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float FEW_TEXELS = 36.0;
-// The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
-// for a quadratic map, and a third of the sum of their squares is the patch's covariance.
-const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
 
 // The part of the plane that rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) from
 // its centre. To first order they meet the plane at d, by perspective at d / (1 + g.d).
@@ -181,23 +179,6 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     footprints_[1].lower = clamp(centre + shift - half_size, tile_low, tile_high);
     footprints_[1].upper = clamp(centre + shift + half_size, tile_low, tile_high);
     return folded ? 2 : 1;
-}
-
-// Flux through the patch, W: E A cos(theta) reflectance, cos(theta) averaged over the midpoints;
-// zero where patch and light do not see each other.
-vec3 flux_of(Patch patch_, Sun sun) {
-    vec3 geometric = cross(patch_.edge1, patch_.edge2);
-    vec3 r = mirrored(sun.direction, normalize(patch_.normal));
-    if (dot(geometric, sun.direction) <= 0.0 || dot(geometric, r) <= 0.0) return vec3(0.0);
-    float cosine = 0.0;
-    for (int i = 0; i < 3; i++) {
-        vec2 st = MIDPOINTS[i];
-        vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        cosine += max(dot(n, sun.direction), 0.0) / 3.0;
-    }
-    if (cosine <= 0.0) return vec3(0.0);
-    if (push.trace != 0 && occluded(patch_.position, sun.direction, FAR, patch_.triangle)) return vec3(0.0);
-    return sun.irradiance * objects[patch_.object].color * (cosine * patch_.area);
 }
 
 void main() {

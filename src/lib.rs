@@ -54,7 +54,8 @@
 //!   what they reflect.
 //!
 //! The method `pinhole` replaces project to resolve by *gather*, the sum over all patches
-//! at every texel. The method `points` replaces them and sample by *trace points* and *splat
+//! at every texel. The method `beams` replaces them by *map beams* and *draw beams*, triangles of
+//! even irradiance. The method `points` replaces them and sample by *trace points* and *splat
 //! points*. [`render::Method`] lists them.
 //!
 //! [`tone_map`] turns linear radiance into sRGB bytes, and [`image_file`] writes EXR and PNG files

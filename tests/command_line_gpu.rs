@@ -96,6 +96,7 @@ fn bad_options_exit_with_2_and_write_nothing() {
             ("--epsilon=-1", "--epsilon"),
             ("--epsilon=nan", "--epsilon"),
             ("--method=photons", "footprint"),
+            ("--area=round", "product"),
         ] {
             refuses(base().arg(option), 2, &[part]);
         }
@@ -322,7 +323,7 @@ fn all_methods_run_clean_under_validation() {
     let folder = tempfile::tempdir().unwrap();
     for (command, output) in COMMANDS {
         let output = folder.path().join(output);
-        for method in ["footprint", "pinhole", "points"] {
+        for method in ["footprint", "pinhole", "points", "beams"] {
             let mut run = run(command, &scene("mirror.toml"), &output);
             run.args(["--validate", "--method", method]);
             run.assert().success().stderr(contains("validation").not());

@@ -65,6 +65,12 @@ fn keeps_the_energy(name: &str) {
     let what = format!("{name}, energy of footprints");
     assert_error(&what, 0.003, error, perturbed);
 
+    let beams = method(Method::Beams, 16_384);
+    let error = energy_error(&device, &scene, &beams, &truth);
+    let perturbed = energy_error(&device, &bright, &beams, &truth);
+    let what = format!("{name}, energy of beams");
+    assert_error(&what, 0.003, error, perturbed);
+
     let points = method(Method::Points, 4_000_000);
     let error = energy_error(&device, &scene, &points, &truth);
     // Brighter points are the same ones; the truth is moved instead.

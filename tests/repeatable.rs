@@ -46,6 +46,11 @@ fn footprint() {
 }
 
 #[test]
+fn beams() {
+    same_bits("ring.toml", Method::Beams, 16_384);
+}
+
+#[test]
 fn points() {
     same_bits("ring.toml", Method::Points, 200_000);
 }

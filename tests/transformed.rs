@@ -34,20 +34,23 @@ fn transformed(mut scene: Scene, scale: f64, shift: DVec3) -> Scene {
 fn place_and_size_do_not_matter() {
     let device = Device::open();
     let scene = with_texels(load("ring.toml"), "floor", [128, 128]);
-    let map = |scene: &Scene| device.caustic(scene, "floor", &footprint(16_384));
-    let here = map(&scene);
     let far = 1e4 * DVec3::new(1.0, -1.0, 0.7);
     let off_by_a_texel = common::shifted_by_a_texel(scene.clone(), "floor");
-    let perturbed = l1(&map(&off_by_a_texel), &here);
-    for (what, scale, shift) in [
-        ("moved by 10 km", 1.0, far),
-        ("a thousandth", 1e-3, DVec3::ZERO),
-        ("a thousand times", 1e3, DVec3::ZERO),
-    ] {
-        let there = map(&transformed(scene.clone(), scale, shift));
-        assert_physical(&there);
-        let what = format!("ring, {what}, L1");
-        assert_error(&what, 0.002, l1(&there, &here), perturbed);
+    for method_ in [Method::Footprint, Method::Beams] {
+        let settings = method(method_, 16_384);
+        let map = |scene: &Scene| device.caustic(scene, "floor", &settings);
+        let here = map(&scene);
+        let perturbed = l1(&map(&off_by_a_texel), &here);
+        for (what, scale, shift) in [
+            ("moved by 10 km", 1.0, far),
+            ("a thousandth", 1e-3, DVec3::ZERO),
+            ("a thousand times", 1e3, DVec3::ZERO),
+        ] {
+            let there = map(&transformed(scene.clone(), scale, shift));
+            assert_physical(&there);
+            let what = format!("ring, {method_:?}, {what}, L1");
+            assert_error(&what, 0.002, l1(&there, &here), perturbed);
+        }
     }
 }
 
@@ -78,7 +81,11 @@ fn light_of_several_suns_adds_up() {
         [DVec3::new(0.3, 0.8, 0.6), DVec3::new(0.1, 0.9, 0.7)].map(|s| s.normalize().z);
     let exact = [(0.9, 0.5), (0.8, 2.0), (0.7, 1.0)]
         .map(|(reflectance, second)| reflectance * 0.48 * (cos1 + second * cos2));
-    for settings in [footprint(16_384), method(Method::Points, 500_000)] {
+    for settings in [
+        footprint(16_384),
+        method(Method::Points, 500_000),
+        method(Method::Beams, 16_384),
+    ] {
         let energy = |scene: &Scene| {
             let map = device.caustic(scene, "floor", &settings);
             assert_physical(&map);
@@ -137,7 +144,12 @@ fn a_mirror_that_faces_no_light_throws_none_and_says_so() {
         assert_physical(&renderer.read_view().unwrap());
         black
     };
-    for method in [Method::Footprint, Method::Points, Method::Pinhole] {
+    for method in [
+        Method::Footprint,
+        Method::Points,
+        Method::Pinhole,
+        Method::Beams,
+    ] {
         assert!(dark(&turned, method));
         assert!(dark(&no_light, method));
         assert!(!dark(&lit, method));

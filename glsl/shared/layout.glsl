@@ -109,6 +109,18 @@ struct Footprint {
     vec2 upper;
 };
 
+// A patch's light on a receiver: a triangle of even irradiance.
+struct Beam {
+    vec3 irradiance; // W/m^2
+    float unused0;
+    vec2 corner0;    // in texels of the atlas, each next one counter-clockwise: cross2 > 0
+    vec2 corner1;
+    vec2 corner2;
+    vec2 lower;      // corners of the texels of the atlas that it may touch
+    vec2 upper;
+    vec2 unused1;
+};
+
 // A point's flux over its texel's area.
 struct PointSplat {
     vec3 irradiance; // W/m^2

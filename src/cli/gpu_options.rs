@@ -5,7 +5,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages};
 use nephroid::measure::{PassProfile, Spread, profile};
-use nephroid::render::{Method, Renderer, Settings};
+use nephroid::render::{Area, Method, Renderer, Settings};
 use nephroid::scene::Scene;
 use nephroid::{Error, Result};
 use serde::Serialize;
@@ -36,6 +36,9 @@ pub struct GpuOptions {
     /// pinhole: do not blur the light by the mirror's curvature
     #[arg(long)]
     no_filter: bool,
+    /// beams: what is taken for the area that a patch lights
+    #[arg(long, value_enum, default_value_t = Settings::default().area)]
+    area: Area,
     /// Index or part of the name of the Vulkan device
     #[arg(long)]
     device: Option<String>,
@@ -143,6 +146,7 @@ impl GpuOptions {
             samples: self.samples,
             epsilon: self.epsilon,
             filter: !self.no_filter,
+            area: self.area,
         };
         let renderer = Renderer::new(&context, &scene, &settings)?;
         Ok(Session {

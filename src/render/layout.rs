@@ -50,6 +50,10 @@ mirrors! {
         centre: Vec2, flatness: f32, unused0: f32, conic: Vec3, unused1: f32, peak: Vec3,
         unused2: f32, cut: Vec3, unused3: f32, lower: Vec2, upper: Vec2,
     }
+    Beam {
+        irradiance: Vec3, unused0: f32,
+        corner0: Vec2, corner1: Vec2, corner2: Vec2, lower: Vec2, upper: Vec2, unused1: Vec2,
+    }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 
@@ -61,6 +65,11 @@ mirrors! {
     CompactPush { pair_count: u32, receiver_count: u32, }
     SplatPush { atlas_size: Vec2, }
     ResolvePush { level: i32, }
+    BeamsPush {
+        first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
+        trace: u32, product: u32,
+    }
+    BeamsDrawPush { atlas_size: Vec2, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
         reflector_count: u32, receiver_count: u32, trace: u32,

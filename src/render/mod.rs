@@ -5,9 +5,11 @@
 //! ```
 //! A mirror is cut into patches (sample). Each patch images each light onto each receiver: a
 //! footprint (project). The footprints are added to the receivers' light maps (splat), wide
-//! ones to coarse levels (resolve), which the view shows (shade). `pinhole` gathers over the patches instead, as the paper does; `points`
-//! replaces patches and footprints by points and single texels.
+//! ones to coarse levels (resolve), which the view shows (shade). `pinhole` gathers over the
+//! patches instead, as the paper does; `beams` draws each patch as a triangle of even irradiance;
+//! `points` replaces patches and footprints by points and single texels.
 
+mod beams;
 mod bvh;
 mod direct;
 mod kernel;
@@ -26,6 +28,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Access, Context, Image, PassTime, Recorder, Sampling};
 use crate::image_file::RgbImage;
 use crate::scene::{Camera, Scene};
+use beams::Beams;
 use direct::Direct;
 use parts::Load;
 use pinhole::Pinhole;
@@ -48,6 +51,19 @@ pub enum Method {
     Pinhole,
     /// Low-discrepancy points, one texel each.
     Points,
+    /// Patches are drawn as triangles between their corners' mirrored rays.
+    Beams,
+}
+
+/// How `beams` compares the area of a patch with that of its image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Area {
+    /// The area: the length of the sides' cross product.
+    True,
+    /// The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`,
+    /// as is widespread. Right only where they are at right angles.
+    Product,
 }
 
 /// What to compute and how finely.
@@ -60,6 +76,8 @@ pub struct Settings {
     pub epsilon: f32,
     /// `pinhole`: blur the light by the patch's curvature.
     pub filter: bool,
+    /// `beams`: what is taken for the area.
+    pub area: Area,
 }
 
 impl Default for Settings {
@@ -69,6 +87,7 @@ impl Default for Settings {
             samples: 16_384,
             epsilon: 1.0,
             filter: true,
+            area: Area::True,
         }
     }
 }
@@ -100,6 +119,10 @@ enum Caustic {
         pinhole: Pinhole,
     },
     Points(Points),
+    Beams {
+        sample: Sample,
+        beams: Beams,
+    },
 }
 
 impl Renderer {
@@ -139,6 +162,11 @@ impl Renderer {
                 Caustic::Pinhole { sample, pinhole }
             }
             Method::Points => Caustic::Points(Points::new(context, &device, settings.samples)?),
+            Method::Beams => {
+                let sample = Sample::new(context, &device)?;
+                let beams = Beams::new(context, &device, &sample.patches, settings.area)?;
+                Caustic::Beams { sample, beams }
+            }
         };
         let direct = Direct::new(context, &device, &direct_map)?;
         let recorder = Recorder::new(context)?;
@@ -286,6 +314,28 @@ impl Renderer {
                     })?;
                     recorder.pass("splat points", |r| {
                         points.record_draw(r, scene, *batch, light_map);
+                        r.barrier(
+                            Access::BLEND.and(Access::VERTEX_READ),
+                            Access::BLEND.and(Access::COMPUTE),
+                        );
+                    })?;
+                }
+            }
+            Caustic::Beams { sample, beams } => {
+                recorder.pass("sample", |r| {
+                    sample.record(r, scene);
+                    r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+                })?;
+                for (index, batch) in beams.batches.iter().enumerate() {
+                    if index > 0 {
+                        recorder.submit()?;
+                    }
+                    recorder.pass("map beams", |r| {
+                        beams.record_map(r, scene, *batch);
+                        r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
+                    })?;
+                    recorder.pass("draw beams", |r| {
+                        beams.record_draw(r, scene, *batch, light_map);
                         r.barrier(
                             Access::BLEND.and(Access::VERTEX_READ),
                             Access::BLEND.and(Access::COMPUTE),

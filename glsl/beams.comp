@@ -1,0 +1,118 @@
+// beams: maps each patch along its corners' mirrored rays to each receiver, as a triangle of even
+// irradiance.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
+layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
+layout(std430, binding = 6) writeonly buffer Beams { Beam beams[]; }; // receiver_count a pair
+layout(push_constant) uniform BeamsPush {
+    uint first_pair;     // of this batch; a pair is light * patch_count + patch
+    uint pair_count;     // in this batch
+    uint patch_count;
+    uint receiver_count;
+    uint trace;          // 0: nothing can block
+    uint product;        // 1: area as the product of two lengths
+} push;
+
+#include "trace.glsl"
+#include "optics.glsl"
+#include "receiver.glsl"
+#include "kernel.glsl"
+#include "flux.glsl"
+
+// Rays are followed to this share of their length, so that the receiver itself does not block.
+const float ALMOST = 0.9999;
+// Triangles are made at least this high and long, in texels, so that none has an area of zero.
+const float THINNEST = 1.0 / 16.0;
+// The patch's corners, from its centroid, in edge1 and edge2.
+const vec2 CORNERS[3] = vec2[](vec2(-1.0, -1.0) / 3.0, vec2(2.0, -1.0) / 3.0, vec2(-1.0, 2.0) / 3.0);
+// Covers no texel.
+const Beam NONE = Beam(vec3(0.0), 0.0, vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0));
+
+// Lengthens the longest side, and moves the corner that faces it away, where a focus or a fold has
+// left less than THINNEST.
+void widen(inout vec2 q[3]) {
+    int apex = 0;
+    float longest = -1.0;
+    for (int i = 0; i < 3; i++) {
+        float side = distance(q[(i + 1) % 3], q[(i + 2) % 3]);
+        if (side > longest) {
+            longest = side;
+            apex = i;
+        }
+    }
+    int from = (apex + 1) % 3;
+    int to = (apex + 2) % 3;
+    vec2 along = longest > 0.0 ? (q[to] - q[from]) / longest : vec2(1.0, 0.0);
+    q[to] += max(THINNEST - longest, 0.0) * along;
+    float height = cross2(along, q[apex] - q[from]);
+    float more = max(THINNEST - abs(height), 0.0);
+    q[apex] += (height < 0.0 ? -more : more) * vec2(-along.y, along.x);
+}
+
+// What length(dFdx(x)) * length(dFdy(x)) makes of the area on the mirror that lights a texel, over
+// that area, length(cross(dFdx(x), dFdy(x))): 1 / sin of the angle between the two, x the place on
+// the mirror and `side1`, `side2` the images of the patch's edges.
+float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
+    float determinant = cross2(side1, side2);
+    vec3 dx = patch_.edge1 * side2.y - patch_.edge2 * side1.y; // times the determinant
+    vec3 dy = patch_.edge2 * side1.x - patch_.edge1 * side2.x;
+    return length(dx) * length(dy) / (2.0 * patch_.area * abs(determinant));
+}
+
+// The light of `flux` in W that `patch_` throws on a receiver.
+Beam beam_of(Patch patch_, Sun sun, vec3 flux, Receiver receiver) {
+    vec3 m = receiver.normal;
+    // A patch may touch the receiver, its centroid must be before it.
+    if (dot(receiver.origin - patch_.position, m) >= 0.0) return NONE;
+    vec2 q[3];
+    for (int i = 0; i < 3; i++) {
+        vec2 st = CORNERS[i];
+        vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
+        vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
+        vec3 r = mirrored(sun.direction, n);
+        float along = dot(r, m);
+        // The ray must run toward the front of the plane.
+        if (along >= -1e-6) return NONE;
+        q[i] = to_texels(receiver, x + dot(receiver.origin - x, m) / along * r);
+    }
+    widen(q);
+
+    vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
+    vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
+    vec2 lower = clamp(floor(min(min(q[0], q[1]), q[2])), tile_low, tile_high);
+    vec2 upper = clamp(ceil(max(max(q[0], q[1]), q[2])), tile_low, tile_high);
+    if (!all(lessThan(lower, upper))) return NONE;
+
+    // Visibility from the patch to the point of the receiver that is nearest to the beam's middle.
+    vec3 target = from_texels(receiver, clamp((q[0] + q[1] + q[2]) / 3.0, tile_low, tile_high));
+    if (push.trace != 0 && occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return NONE;
+
+    float twice_area = cross2(q[1] - q[0], q[2] - q[0]);
+    vec3 irradiance = flux / (0.5 * abs(twice_area) * texel_area(receiver));
+    if (push.product != 0) irradiance *= product_over_area(patch_, q[1] - q[0], q[2] - q[0]);
+    bool turned = twice_area < 0.0;
+    return Beam(irradiance, 0.0, q[0], turned ? q[2] : q[1], turned ? q[1] : q[2], lower, upper, vec2(0.0));
+}
+
+void main() {
+    uint local = gl_GlobalInvocationID.x;
+    if (local >= push.pair_count) return;
+    uint pair = push.first_pair + local;
+    Patch patch_ = patches[pair % push.patch_count];
+    Sun sun = suns[pair / push.patch_count];
+    vec3 flux = flux_of(patch_, sun);
+    bool lit = any(greaterThan(flux, vec3(0.0)));
+    for (uint index = 0; index < push.receiver_count; index++) {
+        Beam beam = NONE;
+        if (lit) beam = beam_of(patch_, sun, flux, receivers[index]);
+        beams[local * push.receiver_count + index] = beam;
+    }
+}
