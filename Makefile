@@ -1,6 +1,6 @@
-# The two commands of the README. Both install what the system lacks (see .ci/setup).
+# The commands of the README. They install what the system lacks (see .ci/setup).
 
-.PHONY: demo test
+.PHONY: demo test accuracy bench
 .SILENT:
 
 # A picture of a metal ring and its caustic.
@@ -13,3 +13,13 @@ demo:
 test:
 	.ci/setup test
 	cargo test --release -- --test-threads=2
+
+# docs/accuracy.md, measured anew: about a minute.
+accuracy:
+	.ci/setup demo
+	cargo run --release --example accuracy
+
+# What every pass costs, beside points of equal error: a few minutes.
+bench:
+	.ci/setup demo
+	cargo bench --bench passes

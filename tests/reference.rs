@@ -1,170 +1,14 @@
-//! The reference against closed forms. Every check is seen to fail on a perturbed twin.
+//! What the reference promises beside the closed forms. Every check is seen to fail on a perturbed
+//! twin.
 
 mod common;
 
-use common::{
-    RING_HEIGHT, dish_disc, dish_irradiance, image, load, middles, options, ridge_off_nephroid,
-    ring, solve, texel_mean,
-};
+use common::{image, load, options, ring, solve};
 use glam::DVec3;
 use nephroid::measure;
-use nephroid::reference::{Options, Reference, caustic};
-use nephroid::scene::{EnvironmentMap, Geometry, LightKind, Object, Rect, Scene};
-use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+use nephroid::reference::{Options, caustic};
+use nephroid::scene::{Geometry, LightKind, Object, Rect, Scene};
 use std::sync::atomic::AtomicBool;
-
-/// Σ|E − truth| / Σ truth in red, where there is a truth.
-fn error_where<'a>(reference: &Reference, truth: impl IntoIterator<Item = &'a Option<f64>>) -> f64 {
-    let (mut error, mut total, mut texels) = (0.0, 0.0, 0);
-    for (rgb, truth) in reference.irradiance.iter().zip(truth) {
-        if let Some(truth) = truth {
-            error += (rgb[0] - truth).abs();
-            total += truth;
-            texels += 1;
-        }
-    }
-    assert!(texels > 100, "{texels} texels are too few to judge by");
-    error / total
-}
-
-/// Design, section 9 (c): parallel light, a paraboloid, a screen across the axis at z < f.
-#[test]
-fn dish_lights_a_screen_before_its_focus() {
-    let scene = load("dish.toml");
-    let texels = [64, 64];
-    let reference = solve(&scene, "screen", texels, &options(0.003));
-    let truth = |f: f64| -> Vec<Option<f64>> {
-        (middles(&scene, "screen", texels).iter())
-            .map(|p| {
-                let on_screen = p.x.hypot(p.z);
-                let e = dish_irradiance(f, 0.5, 0.5, on_screen);
-                (on_screen < dish_disc(f, 0.5, 0.5) - 0.02).then_some(e)
-            })
-            .collect()
-    };
-    let error = error_where(&reference, &truth(1.0));
-    assert!(error < 0.005, "{error}");
-    let perturbed = error_where(&reference, &truth(1.01));
-    assert!(perturbed > 0.01, "{perturbed}");
-}
-
-/// Design, section 9 (d): a flat mirror casts its shifted outline, E = F E₀ cosθ inside.
-#[test]
-fn flat_mirror_casts_its_image_and_keeps_the_energy() {
-    let scene = load("mirror.toml");
-    let texels = [64, 64];
-    let reference = solve(&scene, "floor", texels, &options(0.001));
-    let s = DVec3::new(0.3, 0.8, 0.6).normalize();
-    let truth = |scale: f64| -> Vec<Option<f64>> {
-        (middles(&scene, "floor", texels).iter())
-            .map(|p| {
-                // Back along the reflected light to the mirror in the plane z = 0.
-                let y = p.z * s.y / s.z;
-                let x = p.x + p.z * s.x / s.z;
-                // The sun's edge and a texel's diagonal blur the outline.
-                let inside = x.abs() < 0.4 - 0.03 && (y - 0.5).abs() < 0.3 - 0.03;
-                inside.then_some(scale * 0.9 * s.y)
-            })
-            .collect()
-    };
-    let error = error_where(&reference, &truth(1.0));
-    assert!(error < 0.001, "{error}");
-    let perturbed = error_where(&reference, &truth(1.002));
-    assert!(perturbed > 0.001, "{perturbed}");
-
-    let mirror_area = 0.8 * 0.6;
-    for (flux, reflectance) in reference.received_flux.iter().zip([0.9, 0.8, 0.7]) {
-        let exact = reflectance * s.z * mirror_area;
-        assert!((flux / exact - 1.0).abs() < 1e-4, "{flux} {exact}");
-    }
-    // Dark where the image is not.
-    let lit = (reference.irradiance.iter())
-        .filter(|rgb| rgb[0] > 0.0)
-        .count() as f64;
-    let texel = 1.6 * 1.6 / 4096.0;
-    let image = mirror_area * s.z / s.y;
-    assert!((1.0..1.2).contains(&(lit * texel / image)), "{lit}");
-}
-
-/// Design, section 9 (e): a mirror ball in constant radiance, E = π L R² h / (h² + r²)^{3/2}.
-#[test]
-fn ball_in_constant_radiance() {
-    let scene = load("ball.toml");
-    let texels = [32, 32];
-    let reference = solve(&scene, "floor", texels, &options(0.005));
-    // Sums over rings around the ball, so that the noise of single texels does not count.
-    let rings = |radius: f64| -> f64 {
-        let (mut found, mut exact) = ([0.0; 6], [0.0; 6]);
-        for (rgb, p) in reference
-            .irradiance
-            .iter()
-            .zip(middles(&scene, "floor", texels))
-        {
-            let ring = (p.x.hypot(p.z) / 0.4) as usize;
-            if ring < 6 {
-                found[ring] += rgb[0];
-                exact[ring] += texel_mean(p, 4.0 / 32.0, |r| {
-                    PI * radius * radius / (1.0 + r * r).powf(1.5)
-                });
-            }
-        }
-        (found.iter().zip(&exact))
-            .map(|(f, e)| (f / e - 1.0).abs())
-            .fold(0.0, f64::max)
-    };
-    let error = rings(0.5);
-    assert!(error < 0.003, "{error}");
-    let perturbed = rings(0.502);
-    assert!(perturbed > 0.005, "{perturbed}");
-}
-
-/// One bright texel of an environment is a small lamp: L Ω on a plane facing it.
-#[test]
-fn lamp_of_an_environment_gives_the_flux_of_a_sun() {
-    let mut scene = load("mirror.toml");
-    let (width, height, radiance) = (256, 128, 1000.0);
-    let (column, row) = (109, 28);
-    let mut map = EnvironmentMap {
-        width,
-        height,
-        radiance: vec![[0.0; 3]; (width * height) as usize],
-    };
-    map.radiance[(row * width + column) as usize] = [radiance as f32; 3];
-    scene.lights[0].kind = LightKind::Environment {
-        map: Arc::new(map),
-        scale: 1.0,
-        rotation: 0.0,
-    };
-    let azimuth = TAU * (f64::from(column) + 0.5) / f64::from(width);
-    let (sine, cosine) = (PI * (f64::from(row) + 0.5) / f64::from(height)).sin_cos();
-    let toward = DVec3::new(sine * azimuth.sin(), cosine, -sine * azimuth.cos());
-    let texel = TAU * PI * sine / f64::from(width * height);
-    let flux = solve(&scene, "floor", [32, 32], &options(0.05)).received_flux[0];
-    let exact = 0.9 * radiance * texel * toward.z * 0.8 * 0.6;
-    // The lamp is a tent two texels wide, over which the cosine varies.
-    assert!((flux / exact - 1.0).abs() < 2e-3, "{flux} {exact}");
-
-    let LightKind::Environment { rotation, .. } = &mut scene.lights[0].kind else {
-        unreachable!()
-    };
-    *rotation = 0.02;
-    let turned = solve(&scene, "floor", [32, 32], &options(0.05)).received_flux[0];
-    assert!((turned / exact - 1.0).abs() > 5e-3, "{turned} {exact}");
-}
-
-/// Design, section 9 (a): the envelope of parallel light in a circular mirror is the nephroid.
-#[test]
-fn ring_has_its_ridge_on_the_nephroid() {
-    let scene = ring(0.61, false);
-    let texels = [256, 256];
-    let reference = solve(&scene, "floor", texels, &options(0.03));
-    let map = image(&reference);
-    let texels_off = ridge_off_nephroid(1.0, &map);
-    assert!(texels_off < 1.0, "{texels_off}");
-    let perturbed = ridge_off_nephroid(1.03, &map);
-    assert!(perturbed > 1.0, "{perturbed}");
-}
 
 /// (E₁ − E₂)² / (σ₁² + σ₂²) has mean 1 over texels, if the standard errors are honest; and the L1
 /// difference is √2 times the expected error.
@@ -268,39 +112,6 @@ fn what_blocks_either_leg_stops_the_light() {
     }
     let beside = plate(DVec3::new(3.0, 1.0, 2.0), 5.0 * DVec3::X, -2.1 * DVec3::Z);
     assert!((with_plate(beside, true) / open - 1.0).abs() < 0.01);
-}
-
-/// A ray meets the ring at azimuth φ and height h after a chord of 2 cosφ, and crosses as long a
-/// chord after it. It comes in over the rim if h + 2k cosφ > H, k = tan(elevation), and reaches the
-/// floor before the far side if h < 2k cosφ, so the floor inside receives
-/// E cos(elevation) ∫ cosφ (min(H, 2k cosφ) − max(0, H − 2k cosφ)) dφ.
-#[test]
-fn a_ring_keeps_as_much_light_from_its_floor_as_its_rim_and_its_far_side_stop() {
-    for elevation in [0.15, 0.3, 0.61_f64] {
-        let scene = ring(elevation, true);
-        let texels = [128, 128];
-        let reference = solve(&scene, "floor", texels, &options(0.05));
-        let steps = 100_000;
-        let exact: f64 = (0..steps)
-            .map(|i| {
-                let cosine = (PI * ((f64::from(i) + 0.5) / f64::from(steps) - 0.5)).cos();
-                let rise = 2.0 * elevation.tan() * cosine;
-                let heights = RING_HEIGHT.min(rise) - (RING_HEIGHT - rise).max(0.0);
-                elevation.cos() * cosine * heights.max(0.0) * PI / f64::from(steps)
-            })
-            .sum();
-        let flux = reference.received_flux[0];
-        assert!(
-            (flux / exact - 1.0).abs() < 2e-3,
-            "{elevation}: {flux} {exact}"
-        );
-        let open = solve(&ring(elevation, false), "floor", texels, &options(0.05));
-        let perturbed = open.received_flux[0];
-        assert!(
-            (perturbed / exact - 1.0).abs() > 0.02,
-            "{elevation}: {perturbed} {exact}"
-        );
-    }
 }
 
 #[test]

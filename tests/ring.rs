@@ -1,11 +1,10 @@
-//! The ring's caustic against the reference and the nephroid: what the methods promise.
+//! The ring's caustic against the reference: what the methods promise.
 
 mod common;
 
 use common::{
     Device, assert_error, assert_physical, brighter, footprint, image, l1, load, method,
-    only_receiver, options, ridge_off_nephroid, ring, shifted_by_a_texel, solve, with_sun_of,
-    with_texels,
+    only_receiver, options, shifted_by_a_texel, solve, with_sun_of, with_texels,
 };
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
@@ -111,23 +110,6 @@ fn points_converge() {
         many / few,
         1.0,
     );
-}
-
-/// The envelope of parallel light in a circular mirror is the nephroid.
-#[test]
-fn ridge_is_on_the_nephroid() {
-    let device = Device::open();
-    let scene = with_texels(ring(0.61, false), "floor", TEXELS);
-    let map = device.caustic(&scene, "floor", &footprint(65_536));
-    let off = |radius| ridge_off_nephroid(radius, &map);
-    assert_error("ridge off the nephroid, texels", 1.0, off(1.0), off(1.03));
-    let shifted = device.caustic(
-        &shifted_by_a_texel(scene, "floor"),
-        "floor",
-        &footprint(65_536),
-    );
-    let shifted = ridge_off_nephroid(1.0, &shifted);
-    assert_error("ridge off the nephroid, texels", 1.0, off(1.0), shifted);
 }
 
 /// Means of squares of 4 × 4 texels.

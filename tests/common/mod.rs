@@ -2,6 +2,10 @@
 
 #![allow(dead_code)] // every test uses a part of it
 
+pub mod accuracy;
+pub mod closed_forms;
+pub mod run;
+
 use assert_cmd::Command;
 use glam::DVec3;
 use nephroid::gpu::{Context, ContextOptions, Messages};
@@ -149,15 +153,25 @@ pub fn validated_context() -> Arc<Context> {
     Context::new(&options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A device under the validation layers on which any message fails the test, once this is dropped
+/// A device on which any message of the validation layers fails the test, once this is dropped
 /// and with it, in this order, the device.
 pub struct Device(pub Arc<Context>, Silence);
 
 pub struct Silence(Arc<Messages>);
 
 impl Device {
+    /// Under the validation layers.
     pub fn open() -> Self {
-        let context = validated_context();
+        Self::new(validated_context())
+    }
+
+    /// Without the layers: for what is measured, not tested.
+    pub fn unwatched() -> Self {
+        let context = Context::new(&ContextOptions::default());
+        Self::new(context.unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    fn new(context: Arc<Context>) -> Self {
         let messages = context.messages();
         Self(context, Silence(messages))
     }
@@ -282,25 +296,6 @@ pub fn texel_mean(middle: DVec3, side: f64, value: impl Fn(f64) -> f64) -> f64 {
     sum / f64::from(steps * steps)
 }
 
-/// Design, section 9 (c): parallel light of 1 W/m² along the axis of a paraboloid of focal length
-/// f and aperture radius `aperture` gives this irradiance on a screen across the axis at z < f,
-/// at the distance `on_screen` > 0 from the axis.
-pub fn dish_irradiance(f: f64, aperture: f64, z: f64, on_screen: f64) -> f64 {
-    if on_screen > dish_disc(f, aperture, z) {
-        return 0.0;
-    }
-    // The ray that arrives at r′: r′ r²/4f + (f − z) r − r′ f = 0.
-    let gap = f - z;
-    let r = 2.0 * f * ((gap * gap + on_screen * on_screen).sqrt() - gap) / on_screen;
-    let u = r * r / (4.0 * f * f);
-    (1.0 - u).powi(3) / ((1.0 - z / f).powi(2) * (1.0 + u))
-}
-
-/// Radius of the lit disc on that screen.
-pub fn dish_disc(f: f64, aperture: f64, z: f64) -> f64 {
-    aperture * (f - z) / (f - aperture * aperture / (4.0 * f))
-}
-
 /// The inside of a cylinder around the y axis, from y = 0 to `height`.
 pub fn hollow_cylinder(radius: f64, height: f64, facets: u32) -> Mesh {
     let mut mesh = Mesh::default();
@@ -346,35 +341,4 @@ pub fn ring(elevation: f64, blocks_light: bool) -> Scene {
         object.blocks_light = blocks_light;
     }
     scene
-}
-
-/// How far, in texels, the ridge of a 256² map of [`ring`]'s floor lies from the nephroid of a
-/// ring of this radius at most.
-///
-/// Light travels to −x. The cusp is at x = −R/2, the curve opens toward the light; near the ring
-/// only light from low on it arrives, so the middle part is looked at.
-pub fn ridge_off_nephroid(radius: f64, map: &RgbImage) -> f64 {
-    assert_eq!([map.width, map.height], [256; 2]);
-    let side = 2.0 / 256.0;
-    let mut worst: f64 = 0.0;
-    for row in (40..216).filter(|row| !(118..=138).contains(row)) {
-        let z = -(1.0 - (f64::from(row) + 0.5) * side);
-        let values = &map.pixels[row as usize * 256..][..256];
-        let ridge = (0..256).max_by(|&a: &usize, &b| values[a][0].total_cmp(&values[b][0]));
-        let x = -1.0 + (ridge.unwrap() as f64 + 0.5) * side;
-        worst = worst.max(distance_to_nephroid(radius, x, z));
-    }
-    worst / side
-}
-
-/// From (x, z) to x = −R(3cos t − cos 3t)/4, z = R(3 sin t − sin 3t)/4.
-fn distance_to_nephroid(radius: f64, x: f64, z: f64) -> f64 {
-    (0..100_000)
-        .map(|i| {
-            let t = TAU * f64::from(i) / 100_000.0;
-            let on_x = -radius * (3.0 * t.cos() - (3.0 * t).cos()) / 4.0;
-            let on_z = radius * (3.0 * t.sin() - (3.0 * t).sin()) / 4.0;
-            (x - on_x).hypot(z - on_z)
-        })
-        .fold(f64::INFINITY, f64::min)
 }
