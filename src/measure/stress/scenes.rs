@@ -151,12 +151,12 @@ pub fn dish(z: f64) -> Scene {
 }
 
 /// A plate of 1 m × 1 m with `waves` sine waves along each side whose slope is at most `slope`
-/// along each, on 64 × 64 quads.
-fn wavy(waves: f64, slope: f64) -> Mesh {
+/// along each, on `cells` × `cells` quads.
+fn wavy(cells: usize, waves: f64, slope: f64) -> Mesh {
     let k = TAU * waves;
     // Not in step with the mesh, whatever the number of waves.
     let wave = |x: f64, phase: f64| (slope / k * (k * x + phase).sin(), (k * x + phase).cos());
-    grid(64, |square| {
+    grid(cells, |square| {
         let at = square / 2.0;
         let ((hx, cx), (hy, cy)) = (wave(at.x, 0.7), wave(at.y, 1.9));
         (
@@ -169,7 +169,7 @@ fn wavy(waves: f64, slope: f64) -> Mesh {
 /// `waves` bumps a side on a mirror, 1 m below a screen.
 pub fn bumps(waves: f64) -> Scene {
     let screen = ceiling(0.75, 1.0);
-    scene(wavy(waves, 0.1), vec![sun(DVec3::Y, 1.0, SUN)], screen)
+    scene(wavy(64, waves, 0.1), vec![sun(DVec3::Y, 1.0, SUN)], screen)
 }
 
 /// A wavy mirror of 1 m whose crests are `gap` m below a screen.
@@ -177,12 +177,16 @@ pub fn face(gap: f64) -> Scene {
     let (waves, slope) = (4.0, 0.025);
     let crest = 2.0 * slope / (TAU * waves);
     let screen = ceiling(0.6, crest + gap);
-    scene(wavy(waves, slope), vec![sun(DVec3::Y, 1.0, SUN)], screen)
+    scene(
+        wavy(64, waves, slope),
+        vec![sun(DVec3::Y, 1.0, SUN)],
+        screen,
+    )
 }
 
 /// The wavy mirror near its first focus, turned by `degrees` about a horizontal axis.
 pub fn turned(degrees: f64) -> Scene {
-    let mut mesh = wavy(4.0, 0.025);
+    let mut mesh = wavy(32, 4.0, 0.025);
     let turn = DMat3::from_rotation_z(degrees.to_radians());
     for vector in mesh.positions.iter_mut().chain(&mut mesh.normals) {
         *vector = turn * *vector;
@@ -241,8 +245,8 @@ fn ring_light() -> DVec3 {
 }
 
 /// The inside of a cylinder of radius 1 m around the y axis, standing on y = 0, of `segments`
-/// rectangles.
-fn cylinder(segments: usize, smooth: bool) -> Mesh {
+/// columns of `rows` rectangles.
+fn cylinder(segments: usize, rows: usize, smooth: bool) -> Mesh {
     let inward = |i: f64| {
         let (sine, cosine) = (TAU * i / segments as f64).sin_cos();
         -DVec3::new(cosine, 0.0, sine)
@@ -252,13 +256,17 @@ fn cylinder(segments: usize, smooth: bool) -> Mesh {
         let first = mesh.positions.len() as u32;
         for step in [0.0, 1.0] {
             let normal = inward(i as f64 + if smooth { step } else { 0.5 });
-            for y in [0.0, RING_HEIGHT] {
+            for row in 0..=rows {
+                let y = RING_HEIGHT * row as f64 / rows as f64;
                 mesh.positions.push(y * DVec3::Y - inward(i as f64 + step));
                 mesh.normals.push(normal);
             }
         }
-        let [a, b, c, d] = [0, 1, 2, 3].map(|corner| first + corner);
-        mesh.triangles.extend([[a, c, d], [a, d, b]]);
+        for row in 0..rows as u32 {
+            let a = first + row;
+            let c = a + rows as u32 + 1;
+            mesh.triangles.extend([[a, c, c + 1], [a, c + 1, a + 1]]);
+        }
     }
     mesh
 }
@@ -270,6 +278,11 @@ fn ring_scene(mesh: Mesh, gap: f64, radius: f64) -> Scene {
     scene(mesh, vec![light], horizontal(1.0, -gap))
 }
 
+/// Quads about as long as wide.
+fn fine_cylinder() -> Mesh {
+    cylinder(128, 8, true)
+}
+
 /// A finely meshed ring on the floor.
 pub fn ring() -> Scene {
     ring_under(SUN)
@@ -277,17 +290,17 @@ pub fn ring() -> Scene {
 
 /// The ring under a sun of `radius` degrees.
 pub fn ring_under(radius: f64) -> Scene {
-    ring_scene(cylinder(512, true), 0.0, radius)
+    ring_scene(fine_cylinder(), 0.0, radius)
 }
 
 /// The ring over the floor, at `gap` of its height.
 pub fn edge(gap: f64) -> Scene {
-    ring_scene(cylinder(512, true), gap * RING_HEIGHT, SUN)
+    ring_scene(fine_cylinder(), gap * RING_HEIGHT, SUN)
 }
 
-/// A ring of `segments` on the floor.
+/// A ring of `segments` on the floor, each two triangles as high as the ring.
 pub fn mesh(segments: f64, smooth: bool) -> Scene {
-    ring_scene(cylinder(segments as usize, smooth), 0.0, SUN)
+    ring_scene(cylinder(segments as usize, 1, smooth), 0.0, SUN)
 }
 
 /// The ring under `count` suns within 20° of the one, which they equal in sum.
@@ -309,7 +322,7 @@ pub fn suns(count: f64) -> Scene {
 
 /// The ring with shadows, so that rays are traced, `scale` times as large and then moved.
 pub fn transformed(scale: f64, shift: DVec3) -> Scene {
-    let mut scene = ring_scene(cylinder(128, true), 0.0, SUN);
+    let mut scene = ring_scene(fine_cylinder(), 0.0, SUN);
     let place = |p: &mut DVec3| *p = scale * *p + shift;
     place(&mut scene.camera.position);
     place(&mut scene.camera.target);

@@ -193,8 +193,8 @@ pub fn sweeps() -> Vec<Sweep> {
         Sweep {
             name: "mesh-smooth",
             title: "Segments of a mesh with smooth normals",
-            setup: "A ring mirror on a floor. Truth is the reference for the same mesh, so the curve \
-                    shows the method's error, not the mesh's.",
+            setup: "A ring mirror on a floor, two triangles a segment. Truth is the reference for the same \
+                    mesh, so the curve shows the method's error, not the mesh's.",
             axis: "segments",
             values: vec![8.0, 16.0, 32.0, 64.0, 256.0, 1024.0, 4096.0],
             scene: |segments, _| scenes::mesh(segments, true),
@@ -259,7 +259,7 @@ pub fn sweeps() -> Vec<Sweep> {
             title: "A reflector that turns by 0.05° a frame",
             setup: "A wavy mirror, 1 m below a screen, in 6 frames.",
             axis: "samples / usual samples",
-            values: vec![1.0 / 16.0, 0.25, 1.0, 4.0],
+            values: vec![0.125, 0.5, 2.0, 8.0],
             swept: Swept::Samples,
             scene: |_, frame| scenes::turned(TURN * f64::from(frame)),
             frames: 6,

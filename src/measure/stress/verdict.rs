@@ -36,7 +36,7 @@ pub const LIMITS: [Limit; 6] = [
     },
     Limit {
         name: "overshoot",
-        bound: 0.1,
+        bound: 0.25,
         of: |point| point.overshoot,
     },
     Limit {
