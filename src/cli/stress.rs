@@ -6,7 +6,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use nephroid::gpu::{Context, ContextOptions};
 use nephroid::image_file::check_writable;
 use nephroid::measure::machine;
-use nephroid::measure::stress::{Report, SCHEMA, Sweep, run as measure, sweeps, verdicts, write};
+use nephroid::measure::stress::{
+    CONTENDERS, Report, SCHEMA, Sweep, run as measure, sweeps, verdicts, write,
+};
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -49,10 +51,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sweeps: Vec::new(),
     };
     let cancel = cancel_on_ctrl_c();
-    let bar = progress_bar(sweeps.iter().map(Sweep::steps).sum());
+    let bar = progress_bar(
+        (sweeps.iter())
+            .map(|sweep| sweep.steps(CONTENDERS.len()))
+            .sum(),
+    );
     for sweep in &sweeps {
         bar.set_message(sweep.name);
-        let measured = measure(&context, sweep, &mut || bar.inc(1), cancel);
+        let measured = measure(&context, sweep, &CONTENDERS, &mut || bar.inc(1), cancel);
         if let (Err(_), finished @ 1..) = (&measured, report.sweeps.len()) {
             bar.finish_and_clear();
             eprintln!(

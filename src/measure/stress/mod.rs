@@ -49,7 +49,7 @@ pub struct Contender {
 pub const CONTENDERS: [Contender; 3] = [
     contender(Method::Footprint, 16_384, f64::INFINITY),
     contender(Method::Points, 1_000_000, f64::INFINITY),
-    contender(Method::Pinhole, 1024, 3e8),
+    contender(Method::Pinhole, 1024, 8e7),
 ];
 
 const fn contender(method: Method, samples: u32, most_pairs: f64) -> Contender {
@@ -148,13 +148,14 @@ pub struct End {
     pub maps: Vec<(String, Picture, Picture)>,
 }
 
-/// Measures all methods at all values. Calls `step` after every truth and every map.
+/// Measures methods at all values. Calls `step` after every truth and every method.
 ///
 /// # Errors
 /// [`Error::Cancelled`] soon after `cancel` becomes true, [`Error::Device`] where the device fails.
 pub fn run(
     context: &Arc<Context>,
     sweep: &Sweep,
+    contenders: &[Contender],
     step: &mut dyn FnMut(),
     cancel: &AtomicBool,
 ) -> Result<SweepReport> {
@@ -168,13 +169,13 @@ pub fn run(
         series: Vec::new(),
         ends: Vec::new(),
     };
-    for contender in &CONTENDERS {
+    for contender in contenders {
         report.series.push(Series {
             method: contender.name(),
             points: Vec::new(),
         });
     }
-    let mut bases: Vec<Option<RgbImage>> = vec![None; CONTENDERS.len()];
+    let mut bases: Vec<Option<RgbImage>> = vec![None; contenders.len()];
     let mut truths = TruthMaps::default();
     for (index, &value) in sweep.values.iter().enumerate() {
         let truth = truths.at(sweep, value, cancel)?;
@@ -182,7 +183,7 @@ pub fn run(
         step();
         let is_end = index == 0 || index + 1 == sweep.values.len();
         let mut end = is_end.then(|| End::of(value, &truth.maps[0]));
-        for (number, contender) in CONTENDERS.iter().enumerate() {
+        for (number, contender) in contenders.iter().enumerate() {
             if cancel.load(Ordering::Relaxed) {
                 return Err(Error::Cancelled);
             }

@@ -138,7 +138,7 @@ pub const SCREEN: f64 = 0.3;
 
 /// Light along the axis of a paraboloid, a screen across it at `z` m from the vertex.
 pub fn dish(z: f64) -> Scene {
-    let mesh = grid(48, |square| {
+    let mesh = grid(32, |square| {
         let at = APERTURE * concentric(square);
         let slope = -at / (2.0 * FOCAL_LENGTH);
         let height = at.length_squared() / (4.0 * FOCAL_LENGTH);
@@ -169,7 +169,7 @@ fn wavy(cells: usize, waves: f64, slope: f64) -> Mesh {
 /// `waves` bumps a side on a mirror, 1 m below a screen.
 pub fn bumps(waves: f64) -> Scene {
     let screen = ceiling(0.75, 1.0);
-    scene(wavy(64, waves, 0.1), vec![sun(DVec3::Y, 1.0, SUN)], screen)
+    scene(wavy(48, waves, 0.1), vec![sun(DVec3::Y, 1.0, SUN)], screen)
 }
 
 /// A wavy mirror of 1 m whose crests are `gap` m below a screen.
@@ -178,7 +178,7 @@ pub fn face(gap: f64) -> Scene {
     let crest = 2.0 * slope / (TAU * waves);
     let screen = ceiling(0.6, crest + gap);
     scene(
-        wavy(64, waves, slope),
+        wavy(32, waves, slope),
         vec![sun(DVec3::Y, 1.0, SUN)],
         screen,
     )
@@ -202,7 +202,7 @@ pub fn turned(degrees: f64) -> Scene {
 /// whole half sphere where that is less.
 fn cap(curvature: f64) -> Mesh {
     let widest = (0.5 * curvature).min(1.0).asin();
-    grid(48, |square| {
+    grid(32, |square| {
         let disc = concentric(square);
         let angle = widest * disc.length();
         let (sine, cosine) = angle.sin_cos();

@@ -106,9 +106,9 @@ impl Sweep {
         self
     }
 
-    /// How often [`super::run`] calls its `step`.
-    pub fn steps(&self) -> u64 {
-        (self.values.len() * (1 + super::CONTENDERS.len())) as u64
+    /// How often [`super::run`] calls its `step` for this many contenders.
+    pub fn steps(&self, contenders: usize) -> u64 {
+        (self.values.len() * (1 + contenders)) as u64
     }
 }
 
@@ -212,10 +212,10 @@ pub fn sweeps() -> Vec<Sweep> {
         Sweep {
             name: "bumps",
             title: "Bumps finer than the sampling",
-            setup: "A mirror of 1 m × 1 m with sine waves of constant slope (0.1) on a mesh of 64 × 64, 1 m \
-                    below a screen.",
+            setup: "A mirror of 1 m × 1 m with sine waves of constant slope (0.1) on a mesh of 48 × 48 \
+                    quads, 1 m below a screen. Truth is the reference for the same mesh.",
             axis: "waves along a side",
-            values: vec![1.0, 2.0, 4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 31.0],
+            values: vec![1.0, 2.0, 4.0, 6.0, 9.0, 12.0, 16.0, 20.0, 23.0],
             scene: |waves, _| scenes::bumps(waves),
             ..usual.clone()
         },
