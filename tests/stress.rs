@@ -214,16 +214,3 @@ fn ctrl_c_keeps_finished_sweeps() {
     let names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(names.len(), 3, "{names:?}");
 }
-
-#[test]
-fn scratch_many_suns() {
-    let device = Device::open();
-    let cancel = AtomicBool::new(false);
-    let mut sweep = quick("suns");
-    sweep.values = vec![1.0, 8.0, 32.0, 64.0];
-    sweep.texels = 32;
-    let r = run(&device.0, &sweep, &CONTENDERS[2..], &mut || {}, &cancel).unwrap();
-    for p in &r.series[0].points {
-        println!("{p:?}");
-    }
-}
