@@ -65,6 +65,7 @@
 //! for every texel. It imports neither `gpu` nor `render`; its law of reflection is in [`optics`].
 //!
 //! [`measure`] compares images and sequences with a reference, and sums up the times of passes.
+//! [`measure::stress`] sweeps through the places where methods fail.
 //!
 //! [`error`] is the one public error type. The command line, `src/main.rs` and `src/cli/`, has one
 //! file a command.

@@ -122,6 +122,23 @@ fn caustics_of_several_suns_add_up() {
     assert_error("two suns, L1 to their sum", 1e-4, error(&both), perturbed);
 }
 
+/// So many that all patches and suns of a texel are more than the turns of a loop that lavapipe
+/// allows.
+#[test]
+fn pinhole_sums_over_many_suns() {
+    let device = Device::open();
+    let one = with_texels(load("mirror.toml"), "floor", [32, 32]);
+    let split = |count: u32| {
+        let mut scene = common::brighter(one.clone(), 1.0 / 64.0);
+        scene.lights = vec![scene.lights[0].clone(); count as usize];
+        scene
+    };
+    let map = |scene: &Scene| device.caustic(scene, "floor", &method(Method::Pinhole, 2048));
+    let truth = map(&one);
+    let [all, without_one] = [64, 63].map(|count| l1(&map(&split(count)), &truth));
+    assert_error("pinhole, 64 suns, L1 to one", 1e-4, all, without_one);
+}
+
 #[test]
 fn a_mirror_that_faces_no_light_throws_none_and_says_so() {
     let device = Device::open();

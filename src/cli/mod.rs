@@ -7,6 +7,7 @@ mod files;
 mod gpu_options;
 mod reference;
 mod render;
+mod stress;
 
 use clap::{Parser, Subcommand};
 use nephroid::scene::{self, MAX_LIGHT_MAP_SIDE, Scene, light_map_side};
@@ -30,6 +31,7 @@ enum Command {
     Bake(bake::Arguments),
     Reference(reference::Arguments),
     Compare(compare::Arguments),
+    Stress(stress::Arguments),
     Devices(devices::Arguments),
 }
 
@@ -41,6 +43,7 @@ impl Cli {
             Command::Bake(arguments) => bake::run(&arguments),
             Command::Reference(arguments) => reference::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
+            Command::Stress(arguments) => stress::run(&arguments),
             Command::Devices(arguments) => devices::run(&arguments),
         }
     }

@@ -2,7 +2,9 @@
 
 pub mod chart;
 mod compare;
+pub mod machine;
 mod profile;
+pub mod stress;
 
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use profile::{PassProfile, Spread, profile};

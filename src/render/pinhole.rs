@@ -9,8 +9,15 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
 
-/// Patches that one dispatch gathers; a texel's sum is that of its batches.
+/// Patches that one dispatch gathers at most; a texel's sum is that of its batches.
 const BATCH: u32 = 1024;
+/// Turns that all loops of an invocation take together. lavapipe leaves every loop without a word
+/// after 65535 turns (Mesa, `LP_MAX_TGSI_LOOP_ITERATIONS`), version 22.3.6 after some 15000.
+const MOST_TURNS: u32 = 8192;
+/// Turns of the loop over an environment's taps at most.
+const TAPS: u32 = 16;
+/// Turns of a pair's rays through the hierarchy. Most pairs trace none.
+const TRAVERSAL: u32 = 64;
 
 pub struct Pinhole {
     pipeline: Pipeline,
@@ -45,9 +52,13 @@ impl Pinhole {
     /// (first patch, patches) of each dispatch.
     pub fn batches(scene: &DeviceScene) -> impl Iterator<Item = (u32, u32)> + use<> {
         let patches = scene.patch_count;
+        let taps = if scene.has_environment { TAPS } else { 0 };
+        let traversal = if scene.trace { TRAVERSAL } else { 0 };
+        let turns = 1 + scene.sun_count + taps + traversal;
+        let batch = (MOST_TURNS / turns).clamp(1, BATCH);
         (0..patches)
-            .step_by(BATCH as usize)
-            .map(move |first| (first, BATCH.min(patches - first)))
+            .step_by(batch as usize)
+            .map(move |first| (first, batch.min(patches - first)))
     }
 
     /// The receivers' parts for such a batch. One in many pairs of texel and patch traces its rays,

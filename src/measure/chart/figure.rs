@@ -20,7 +20,7 @@ const COLOURS: [[u8; 3]; 9] = [
 
 /// Shape of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Marker {
+pub(in crate::measure) enum Marker {
     Circle,
     Square,
     Diamond,
@@ -41,9 +41,19 @@ const MARKERS: [Marker; 6] = [
 
 /// How a name looks, in all scenes alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Style {
+pub(in crate::measure) struct Style {
     pub colour: [u8; 3],
     pub marker: Marker,
+}
+
+impl Style {
+    /// The look of the `index`-th name.
+    pub fn number(index: usize) -> Self {
+        Self {
+            colour: COLOURS[index % COLOURS.len()],
+            marker: MARKERS[index % MARKERS.len()],
+        }
+    }
 }
 
 /// Names in the legend, methods first.
@@ -70,14 +80,9 @@ impl Legend {
             if entries.iter().any(|entry| entry.name == name) {
                 continue;
             }
-            let index = entries.len();
-            let style = Style {
-                colour: COLOURS[index % COLOURS.len()],
-                marker: MARKERS[index % MARKERS.len()],
-            };
             entries.push(Entry {
                 name,
-                style,
+                style: Style::number(entries.len()),
                 hollow,
             });
         }
@@ -164,7 +169,7 @@ pub(super) fn peer_place(peer: &Peer) -> [f64; 2] {
 
 /// A logarithmic axis that shows all values with a margin.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(in crate::measure) struct Axis {
     pub range: Range<f64>,
     /// Numbered values.
     pub ticks: Vec<f64>,
@@ -173,7 +178,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), value| {
             (low.min(value), high.max(value))
         });
@@ -233,12 +238,12 @@ pub(super) const FRONT_TITLE: &str = "Pareto front";
 pub(super) const FLOOR_TITLE: &str = "the reference's own error";
 
 /// `value` to three significant digits.
-pub(super) fn rounded(value: f64) -> f64 {
+pub(in crate::measure) fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().expect("a number")
 }
 
 /// `value` to three significant digits, with zeros at the end and without an exponent.
-pub(super) fn figure(value: f64) -> String {
+pub(in crate::measure) fn figure(value: f64) -> String {
     // Rounded first: 9.996 has as many digits before the point as 10.
     let value = rounded(value);
     if value == 0.0 {

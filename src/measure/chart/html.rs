@@ -27,7 +27,17 @@ pub(super) fn page(chart: &Chart) -> String {
     let sections: String = (chart.scenes.iter().enumerate())
         .map(|(index, scene)| section(chart, scene, &legend, index))
         .collect();
-    let title = "Caustics: speed against accuracy";
+    let introduction = "<p>Lower left is better. Times are medians, bars from the 5th to the 95th percentile. Hover over a
+point for its settings; click a name in the legend to hide its curve, twice to show it alone. Faint
+points are within the reference's own error, so a bound; hollow ones were measured on other
+hardware, so their times do not compare.</p>";
+    let body = format!("{}\n{introduction}\n{sections}", header(chart));
+    document("Caustics: speed against accuracy", "", &body)
+}
+
+/// A page of its own, with plotly.js in it, for the parts that the functions below make. `style`
+/// is CSS besides the common one.
+pub(in crate::measure) fn document(title: &str, style: &str, body: &str) -> String {
     format!(
         r#"<!doctype html>
 <html lang="en">
@@ -37,24 +47,18 @@ pub(super) fn page(chart: &Chart) -> String {
 <meta name="viewport" content="width=device-width">
 <title>{title}</title>
 <style>
-{style}</style>
+{common}{style}</style>
 {library}
 </head>
 <body>
 <h1>{title}</h1>
-{header}
-<p>Lower left is better. Times are medians, bars from the 5th to the 95th percentile. Hover over a
-point for its settings; click a name in the legend to hide its curve, twice to show it alone. Faint
-points are within the reference's own error, so a bound; hollow ones were measured on other
-hardware, so their times do not compare.</p>
-{sections}<script>
+{body}<script>
 {script}</script>
 </body>
 </html>
 "#,
-        style = include_str!("chart.css"),
+        common = include_str!("chart.css"),
         library = library(),
-        header = header(chart),
         script = include_str!("chart.js"),
     )
 }
@@ -71,7 +75,7 @@ fn library() -> String {
 }
 
 /// Text as HTML, also within quotes. By number, as plotly knows few names.
-fn escape(text: &str) -> String {
+pub(in crate::measure) fn escape(text: &str) -> String {
     (text.replace('&', "&amp;").replace('<', "&lt;"))
         .replace('>', "&gt;")
         .replace('"', "&#34;")
@@ -83,7 +87,7 @@ fn header(chart: &Chart) -> String {
         DeviceKind::Hardware => "hardware",
     };
     let commit = chart.commit.as_deref().unwrap_or("unknown");
-    let rows: String = [
+    facts(&[
         ("Device", chart.device.as_str()),
         ("Kind", kind),
         ("Driver", &chart.driver),
@@ -92,10 +96,14 @@ fn header(chart: &Chart) -> String {
         ("Commit", commit),
         ("Date", &chart.date),
         ("Schema", &chart.schema.to_string()),
-    ]
-    .into_iter()
-    .map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", escape(value)))
-    .collect();
+    ])
+}
+
+/// Names and values as a list.
+pub(in crate::measure) fn facts(rows: &[(&str, &str)]) -> String {
+    let rows: String = (rows.iter())
+        .map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", escape(value)))
+        .collect();
     format!("<dl>\n{rows}</dl>")
 }
 
@@ -132,13 +140,8 @@ fn plot(chart: &Chart, scene: &SceneChart, legend: &Legend) -> Plot {
     );
     if scene.reference_error > 0.0 {
         let y = 100.0 * scene.reference_error;
-        plot.add_trace(
-            Scatter::new(vec![time.range.start, time.range.end], vec![y, y])
-                .name(FLOOR_TITLE)
-                .mode(Mode::Lines)
-                .line(Line::new().dash(DashType::Dash).width(1.5).color(GREY))
-                .hover_info(HoverInfo::Skip),
-        );
+        let ends = vec![time.range.start, time.range.end];
+        plot.add_trace(floor(FLOOR_TITLE, ends, vec![y, y]));
     }
     for (series, on_front) in scene.series.iter().zip(&front.points) {
         let style = legend.style(&series.label);
@@ -184,22 +187,37 @@ fn plot(chart: &Chart, scene: &SceneChart, legend: &Legend) -> Plot {
             curve(&name, &places, style, texts).marker(marker(symbol, style).color(colour(style))),
         );
     }
-    plot.set_layout(layout(&time, &error));
-    plot.set_configuration(
-        Configuration::new()
-            .responsive(true)
-            .display_logo(false)
-            .typeset_math(false)
-            .to_image_button_options(
-                ToImageButtonOptions::new()
-                    .format(ImageButtonFormats::Svg)
-                    .filename(&scene.scene),
-            ),
-    );
+    plot.set_layout(layout(
+        log_axis(&time, TIME_TITLE),
+        log_axis(&error, ERROR_TITLE),
+    ));
+    plot.set_configuration(configuration(&scene.scene));
     plot
 }
 
-fn curve(
+/// `file` names the picture that a reader may save.
+pub(in crate::measure) fn configuration(file: &str) -> Configuration {
+    Configuration::new()
+        .responsive(true)
+        .display_logo(false)
+        .typeset_math(false)
+        .to_image_button_options(
+            ToImageButtonOptions::new()
+                .format(ImageButtonFormats::Svg)
+                .filename(file),
+        )
+}
+
+/// A dashed grey line.
+pub(in crate::measure) fn floor(name: &str, x: Vec<f64>, y: Vec<f64>) -> Box<Scatter<f64, f64>> {
+    Scatter::new(x, y)
+        .name(name)
+        .mode(Mode::Lines)
+        .line(Line::new().dash(DashType::Dash).width(1.5).color(GREY))
+        .hover_info(HoverInfo::Skip)
+}
+
+pub(in crate::measure) fn curve(
     name: &str,
     places: &[[f64; 2]],
     style: Style,
@@ -214,24 +232,31 @@ fn curve(
         .hover_text_array(hover)
 }
 
-fn layout(time: &Axis, error: &Axis) -> Layout {
-    let axis = |axis: &Axis, title: &str| {
-        layout::Axis::new()
-            .title(Title::with_text(title))
-            .type_(AxisType::Log)
-            .range(vec![axis.range.start.log10(), axis.range.end.log10()])
-            .tick_values(axis.ticks.clone())
-            .tick_text(axis.ticks.iter().map(f64::to_string).collect::<Vec<_>>())
-            .ticks(TicksDirection::Outside)
-            .show_line(true)
-            .mirror(true)
-            .line_color(GREY)
-            .grid_color(GRID)
-            .zero_line(false)
-    };
+/// A logarithmic axis.
+pub(in crate::measure) fn log_axis(axis: &Axis, title: &str) -> layout::Axis {
+    plain_axis(title)
+        .type_(AxisType::Log)
+        .range(vec![axis.range.start.log10(), axis.range.end.log10()])
+        .tick_values(axis.ticks.clone())
+        .tick_text(axis.ticks.iter().map(f64::to_string).collect::<Vec<_>>())
+}
+
+/// A linear axis that plotly numbers.
+pub(in crate::measure) fn plain_axis(title: &str) -> layout::Axis {
+    layout::Axis::new()
+        .title(Title::with_text(title))
+        .ticks(TicksDirection::Outside)
+        .show_line(true)
+        .mirror(true)
+        .line_color(GREY)
+        .grid_color(GRID)
+        .zero_line(false)
+}
+
+pub(in crate::measure) fn layout(x: layout::Axis, y: layout::Axis) -> Layout {
     Layout::new()
-        .x_axis(axis(time, TIME_TITLE))
-        .y_axis(axis(error, ERROR_TITLE))
+        .x_axis(x)
+        .y_axis(y)
         .hover_mode(HoverMode::Closest)
         .hover_label(
             common::Label::new()
@@ -253,7 +278,7 @@ fn layout(time: &Axis, error: &Axis) -> Layout {
         .auto_size(true)
 }
 
-fn colour(style: Style) -> Rgb {
+pub(in crate::measure) fn colour(style: Style) -> Rgb {
     let [r, g, b] = style.colour;
     Rgb::new(r, g, b)
 }
@@ -263,14 +288,14 @@ fn faint(style: Style) -> Rgb {
     Rgb::new(r, g, b)
 }
 
-fn marker(symbol: MarkerSymbol, style: Style) -> common::Marker {
+pub(in crate::measure) fn marker(symbol: MarkerSymbol, style: Style) -> common::Marker {
     common::Marker::new()
         .symbol(symbol)
         .size(10)
         .line(Line::new().width(1.5).color(colour(style)))
 }
 
-fn symbol(marker: Marker) -> MarkerSymbol {
+pub(in crate::measure) fn symbol(marker: Marker) -> MarkerSymbol {
     match marker {
         Marker::Circle => MarkerSymbol::Circle,
         Marker::Square => MarkerSymbol::Square,
@@ -369,20 +394,28 @@ fn strip(strip: &Strip) -> String {
             )
         })
         .collect();
+    format!(
+        "<div class=\"strips\">\n<h3>In about {} ms</h3>\n{}\
+         <div class=\"strip\">\n{figures}</div>\n</div>\n",
+        rounded(1e3 * strip.seconds),
+        error_key(strip.error_scale),
+    )
+}
+
+/// What the colours of error maps mean that saturate at `scale`, W/m².
+pub(in crate::measure) fn error_key(scale: f64) -> String {
     let stops: Vec<String> = (DIVERGING.iter())
         .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
         .collect();
-    let scale = rounded(strip.error_scale);
+    let scale = rounded(scale);
     format!(
-        "<div class=\"strips\">\n<h3>In about {} ms</h3>\n<div class=\"scale\">Error: −{scale} \
-         <i style=\"background: linear-gradient(to right, {})\"></i> +{scale} W/m²</div>\n\
-         <div class=\"strip\">\n{figures}</div>\n</div>\n",
-        rounded(1e3 * strip.seconds),
+        "<div class=\"scale\">Error: −{scale} \
+         <i style=\"background: linear-gradient(to right, {})\"></i> +{scale} W/m²</div>\n",
         stops.join(", "),
     )
 }
 
-fn img(picture: &Picture, alt: &str) -> String {
+pub(in crate::measure) fn img(picture: &Picture, alt: &str) -> String {
     let (width, height) = (picture.width(), picture.height());
     match encode_png(width, height, picture.rgb()) {
         Ok(png) if !picture.rgb().is_empty() => format!(

@@ -12,8 +12,8 @@
 //! Times and errors of other renderers are read by [`read_peers`].
 
 mod csv;
-mod figure;
-mod html;
+pub(super) mod figure;
+pub(super) mod html;
 mod peers;
 mod strip;
 mod svg;
