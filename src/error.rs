@@ -46,8 +46,8 @@ pub enum Error {
     #[error("{} validation message(s), the first: {first}", count)]
     Validation { count: usize, first: String },
 
-    /// Stopped by Ctrl-C; nothing was written.
-    #[error("stopped; nothing was written")]
+    /// Stopped by Ctrl-C; files are whole.
+    #[error("stopped by Ctrl-C")]
     Cancelled,
 }
 

@@ -1,6 +1,7 @@
 //! One file a subcommand. Results go to stdout, progress and the log to stderr.
 
 mod bake;
+mod chart;
 mod compare;
 mod devices;
 mod files;
@@ -30,6 +31,7 @@ enum Command {
     Bake(bake::Arguments),
     Reference(reference::Arguments),
     Compare(compare::Arguments),
+    Chart(chart::Arguments),
     Devices(devices::Arguments),
 }
 
@@ -41,6 +43,7 @@ impl Cli {
             Command::Bake(arguments) => bake::run(&arguments),
             Command::Reference(arguments) => reference::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
+            Command::Chart(arguments) => chart::run(&arguments),
             Command::Devices(arguments) => devices::run(&arguments),
         }
     }

@@ -3,6 +3,7 @@
 pub mod chart;
 mod compare;
 mod profile;
+pub mod sweep;
 
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use profile::{PassProfile, Spread, profile};

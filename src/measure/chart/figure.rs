@@ -227,6 +227,12 @@ impl Axis {
     }
 }
 
+/// A scene's heading.
+pub(super) fn heading(scene: &SceneChart) -> String {
+    let [width, height] = scene.light_map;
+    format!("{}: {}, {width} × {height}", scene.scene, scene.receiver)
+}
+
 pub(super) const TIME_TITLE: &str = "wall time of one update, ms";
 pub(super) const ERROR_TITLE: &str = "L1 error, %";
 pub(super) const FRONT_TITLE: &str = "Pareto front";
@@ -238,7 +244,7 @@ pub(super) fn rounded(value: f64) -> f64 {
 }
 
 /// `value` to three significant digits, with zeros at the end and without an exponent.
-pub(super) fn figure(value: f64) -> String {
+pub(in crate::measure) fn figure(value: f64) -> String {
     // Rounded first: 9.996 has as many digits before the point as 10.
     let value = rounded(value);
     if value == 0.0 {
