@@ -26,7 +26,7 @@ pub struct Arguments {
     /// Folder to write to; made if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Measurements of other renderers (.json), drawn beside light maps of 256 texels
+    /// Measurements of other renderers (.json), with the light map of 256 texels
     #[arg(long, value_name = "FILE")]
     peers: Option<PathBuf>,
     /// Receiver to chart; without, the first of each scene
