@@ -16,6 +16,8 @@ fn main() {
     println!("cargo::rerun-if-env-changed=GLSLC");
     println!("cargo::rerun-if-env-changed=VULKAN_SDK");
 
+    note_commit();
+
     let mut sources: Vec<PathBuf> = std::fs::read_dir("glsl")
         .expect("the folder glsl exists")
         .map(|entry| entry.expect("glsl can be listed").path())
@@ -69,6 +71,27 @@ fn main() {
     let out =
         Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
     std::fs::write(out, table).expect("OUT_DIR is writable");
+}
+
+/// Sets `NEPHROID_COMMIT` where this folder is a git checkout of its own.
+fn note_commit() {
+    let git = |arguments: &[&str]| -> Option<String> {
+        let run = std::process::Command::new("git").args(arguments).output();
+        let output = run.ok().filter(|output| output.status.success())?;
+        Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+    };
+    let root = git(&["rev-parse", "--show-toplevel"]).map(PathBuf::from);
+    let here = std::env::current_dir().ok();
+    if root.is_none() || root.and_then(|root| root.canonicalize().ok()) != here {
+        return;
+    }
+    // The log of HEAD grows with every commit and checkout.
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
+        println!("cargo::rerun-if-changed={log}");
+    }
+    if let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) {
+        println!("cargo::rustc-env=NEPHROID_COMMIT={commit}");
+    }
 }
 
 #[cfg(not(feature = "bundled-shaderc"))]

@@ -27,8 +27,6 @@ layout(push_constant) uniform BeamsPush {
 #include "kernel.glsl"
 #include "flux.glsl"
 
-// Rays are followed to this share of their length, so that the receiver itself does not block.
-const float ALMOST = 0.9999;
 // Triangles are made at least this high and long, in texels, so that none has an area of zero.
 const float THINNEST = 1.0 / 16.0;
 // The patch's corners, from its centroid, in edge1 and edge2.

@@ -62,10 +62,12 @@
 //! whole or not at all.
 //!
 //! [`mod@reference`] computes the same light maps on the CPU in f64, unbiased, with a standard error
-//! for every texel. It imports neither `gpu` nor `render`; its law of reflection is in [`optics`].
+//! for every texel, and keeps them on disk. It imports neither `gpu` nor `render`; its law of reflection is in [`optics`].
 //!
 //! [`measure`] compares images and sequences with a reference, and sums up the times of passes.
 //! [`measure::stress`] sweeps through the places where methods fail.
+//! [`measure::sweep`] measures every method over its settings, and [`measure::chart`] reports it:
+//! speed against accuracy, as a page, a drawing, a table and JSON.
 //!
 //! [`error`] is the one public error type. The command line, `src/main.rs` and `src/cli/`, has one
 //! file a command.

@@ -3,9 +3,10 @@
 
 mod common;
 
+use common::closed_forms::dish_irradiance;
 use common::{
-    Device, assert_error, assert_physical, brighter, dish_irradiance, flux, load, method, middles,
-    object_mut, ratio_error, rect, texel_mean, toward_sun,
+    Device, assert_error, assert_physical, brighter, flux, load, method, middles, object_mut,
+    ratio_error, rect, texel_mean, toward_sun,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;

@@ -124,10 +124,12 @@ fn chart() -> Chart {
     let scene = |name: &str, floor, methods: usize, peers| SceneChart {
         scene: name.into(),
         receiver: "floor".into(),
+        light_map: [256, 256],
         reference_error: floor,
         series: (0..methods).map(|index| series(index, floor)).collect(),
         peers,
         strips: [0.002, 0.008, 0.03].map(strip).into(),
+        verdicts: vec!["points do not fall below 1 % & <why>.".into()],
     };
     let peers = vec![
         peer("photon mapper", "another  GPU", 0.08, 0.02),

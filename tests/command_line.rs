@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 
 fn reference(scene: &Path, output: &Path) -> Command {
     let mut command = nephroid();
-    command.arg("reference").arg(scene).arg("-o").arg(output);
+    command.args(["reference", "--no-cache"]);
+    command.arg(scene).arg("-o").arg(output);
     command
 }
 

@@ -1,6 +1,7 @@
 //! One file a subcommand. Results go to stdout, progress and the log to stderr.
 
 mod bake;
+mod chart;
 mod compare;
 mod devices;
 mod files;
@@ -32,6 +33,7 @@ enum Command {
     Reference(reference::Arguments),
     Compare(compare::Arguments),
     Stress(stress::Arguments),
+    Chart(chart::Arguments),
     Devices(devices::Arguments),
 }
 
@@ -44,6 +46,7 @@ impl Cli {
             Command::Reference(arguments) => reference::run(&arguments),
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Stress(arguments) => stress::run(&arguments),
+            Command::Chart(arguments) => chart::run(&arguments),
             Command::Devices(arguments) => devices::run(&arguments),
         }
     }

@@ -6,7 +6,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use nephroid::Result;
 use nephroid::image_file::{Layer, RgbImage, write_exr};
-use nephroid::reference::{Map, Options, Progress, caustic};
+use nephroid::reference::{Map, Options, Progress, cached_caustic, caustic};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -32,6 +32,9 @@ pub struct Arguments {
     /// The same seed gives the same bits
     #[arg(long, default_value_t = Options::default().seed)]
     seed: u32,
+    /// Compute it even if the same was computed before, and do not keep it
+    #[arg(long)]
+    no_cache: bool,
     /// Print the summary as JSON
     #[arg(long)]
     json: bool,
@@ -46,6 +49,8 @@ struct Summary<'a> {
     height: u32,
     relative_error: f64,
     samples: u64,
+    /// Whether an earlier run had computed it.
+    from_cache: bool,
     /// W
     received_flux: [f64; 3],
     seconds: f64,
@@ -69,7 +74,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let bar = progress_bar();
     let mut progress = |progress: &Progress| show(&bar, progress);
     let cancel = cancel_on_ctrl_c();
-    let result = caustic(&scene, receiver, texels, &options, &mut progress, cancel);
+    let solve = match arguments.no_cache {
+        true => caustic,
+        false => cached_caustic,
+    };
+    let result = solve(&scene, receiver, texels, &options, &mut progress, cancel);
     bar.finish_and_clear();
     let reference = result?;
     if reference.relative_error > options.error {
@@ -102,6 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             height: reference.height,
             relative_error: reference.relative_error,
             samples: reference.samples,
+            from_cache: reference.from_cache,
             received_flux: reference.received_flux,
             seconds: start.elapsed().as_secs_f64(),
         },
@@ -114,15 +124,19 @@ fn report(json: bool, summary: &Summary) {
         return print_json(summary);
     }
     let [r, g, b] = summary.received_flux;
+    let how = match summary.from_cache {
+        true => ", of an earlier run".into(),
+        false => format!(" in {:.1} s", summary.seconds),
+    };
     print(&format!(
-        "{}: {} {}x{}\nerror  {:.3} % (L1, expected)\nflux   {r:.6} {g:.6} {b:.6} W\nrays   {:.1} million in {:.1} s",
+        "{}: {} {}x{}\nerror  {:.3} % (L1, expected)\nflux   {r:.6} {g:.6} {b:.6} W\nrays   {:.1} million{}",
         summary.file.display(),
         summary.receiver,
         summary.width,
         summary.height,
         100.0 * summary.relative_error,
         summary.samples as f64 / 1e6,
-        summary.seconds,
+        how,
     ));
 }
 

@@ -5,6 +5,7 @@ mod compare;
 pub mod machine;
 mod profile;
 pub mod stress;
+pub mod sweep;
 
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use profile::{PassProfile, Spread, profile};

@@ -25,6 +25,8 @@
 //! spread of the batches gives the standard error (Owen, *Monte Carlo theory, methods and
 //! examples*, chapter 17).
 
+mod cache;
+mod coarser;
 mod gather;
 mod lights;
 mod mirrors;
@@ -43,7 +45,12 @@ use receiver::Receiver;
 use std::sync::atomic::{AtomicBool, Ordering};
 use visibility::Blockers;
 
+pub use cache::cached_caustic;
 pub use rounds::{Progress, REPLICATES};
+
+/// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
+/// kept before is not taken for them.
+const VERSION: u32 = 1;
 
 /// Texels from the top row, RGB.
 pub type Map = Vec<[f64; 3]>;
@@ -85,6 +92,8 @@ pub struct Reference {
     pub samples: u64,
     /// Flux that the receiver collects, RGB, W.
     pub received_flux: [f64; 3],
+    /// Whether [`cached_caustic`] found it on disk.
+    pub from_cache: bool,
 }
 
 /// What is to be solved, in the form that both methods use.
@@ -155,6 +164,7 @@ pub fn caustic(
         standard_error: solution.standard_error,
         relative_error: solution.relative_error,
         samples: solution.samples,
+        from_cache: false,
     })
 }
 

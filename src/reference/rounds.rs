@@ -17,7 +17,7 @@ const MAX_GROWTH: f64 = 4.0;
 const MIN_GROWTH: f64 = 0.25;
 
 /// √(2/π), the expected |x| of a normal x with unit variance.
-const MEAN_ABSOLUTE: f64 = FRAC_2_SQRT_PI * FRAC_1_SQRT_2;
+pub const MEAN_ABSOLUTE: f64 = FRAC_2_SQRT_PI * FRAC_1_SQRT_2;
 
 /// How far a computation is.
 #[derive(Debug, Clone, Copy)]

@@ -442,7 +442,7 @@ fn l1_in_red(map: &RgbImage, truth: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Irradiance at the distance `on_screen` > 0 from the axis, under 1 W/m², z < f.
-fn dish_irradiance(f: f64, aperture: f64, z: f64, on_screen: f64) -> f64 {
+pub fn dish_irradiance(f: f64, aperture: f64, z: f64, on_screen: f64) -> f64 {
     let disc = aperture * (f - z) / (f - aperture * aperture / (4.0 * f));
     if on_screen > disc {
         return 0.0;

@@ -232,6 +232,12 @@ impl Axis {
     }
 }
 
+/// A scene's heading.
+pub(super) fn heading(scene: &SceneChart) -> String {
+    let [width, height] = scene.light_map;
+    format!("{}: {}, {width} × {height}", scene.scene, scene.receiver)
+}
+
 pub(super) const TIME_TITLE: &str = "wall time of one update, ms";
 pub(super) const ERROR_TITLE: &str = "L1 error, %";
 pub(super) const FRONT_TITLE: &str = "Pareto front";

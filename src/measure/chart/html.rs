@@ -2,7 +2,7 @@
 
 use super::figure::{
     Axis, ERROR_TITLE, FLOOR_TITLE, FRONT_TITLE, Front, Legend, Marker, Style, TIME_TITLE, figure,
-    peer_groups, peer_label, peer_place, place, rounded,
+    heading, peer_groups, peer_label, peer_place, place, rounded,
 };
 use super::strip::DIVERGING;
 use super::{Chart, DeviceKind, Peer, Picture, Point, SceneChart, Strip, Time};
@@ -115,11 +115,11 @@ fn section(chart: &Chart, scene: &SceneChart, legend: &Legend, index: usize) -> 
     };
     let strips: String = scene.strips.iter().map(strip).collect();
     format!(
-        "<section>\n<h2>{scene}: {receiver}</h2>\n<div>Reference {floor}.</div>\n\
-         <div class=\"plot\">{plot}</div>\n{peers}{strips}{table}</section>\n",
-        scene = escape(&scene.scene),
-        receiver = escape(&scene.receiver),
+        "<section>\n<h2>{heading}</h2>\n<div>Reference {floor}.</div>\n\
+         <div class=\"plot\">{plot}</div>\n{verdicts}{peers}{strips}{table}</section>\n",
+        heading = escape(&heading(scene)),
         plot = plot(chart, scene, legend).to_inline_html(Some(&id)),
+        verdicts = verdicts(scene),
         peers = peers_elsewhere(chart, scene),
         table = table(chart, scene),
     )
@@ -360,6 +360,16 @@ fn hover_peer(chart: &Chart, peer: &Peer, on_front: bool) -> String {
     }
     lines.extend(peer.note.as_deref().map(escape));
     lines.join("<br>")
+}
+
+fn verdicts(scene: &SceneChart) -> String {
+    let items: String = (scene.verdicts.iter())
+        .map(|verdict| format!("<li>{}</li>\n", escape(verdict)))
+        .collect();
+    match items.is_empty() {
+        true => items,
+        false => format!("<ul class=\"verdicts\">\n{items}</ul>\n"),
+    }
 }
 
 fn peers_elsewhere(chart: &Chart, scene: &SceneChart) -> String {

@@ -13,11 +13,13 @@
 
 mod csv;
 pub(super) mod figure;
+mod header;
 pub(super) mod html;
 mod peers;
 mod strip;
 mod svg;
 
+pub(super) use figure::figure;
 pub use peers::read_peers;
 pub use strip::{Picture, Strip, Thumbnail};
 
@@ -67,11 +69,15 @@ pub struct SceneChart {
     pub scene: String,
     /// Object whose light map is compared.
     pub receiver: String,
+    /// Its width and height, texels.
+    pub light_map: [u32; 2],
     /// L1 error that the reference itself is expected to have, relative; 0 for a closed form.
     pub reference_error: f64,
     pub series: Vec<Series>,
     pub peers: Vec<Peer>,
     pub strips: Vec<Strip>,
+    /// What the curves say, for a reader: a sentence each.
+    pub verdicts: Vec<String>,
 }
 
 /// One method at several settings, in the order in which its curve is drawn.

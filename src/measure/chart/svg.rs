@@ -2,7 +2,7 @@
 
 use super::figure::{
     Axis, ERROR_TITLE, Entry, FLOOR_TITLE, FRONT_TITLE, Front, Legend, Marker, Style, TIME_TITLE,
-    peer_groups, peer_place, place,
+    heading, peer_groups, peer_place, place,
 };
 use super::{Chart, SceneChart};
 use plotters::coord::Shift;
@@ -141,10 +141,7 @@ fn draw_scene(chart: &Chart, scene: &SceneChart, legend: &Legend, panel: &Area) 
     };
     let mut plot = ChartBuilder::on(panel)
         .margin(MARGIN)
-        .caption(
-            format!("{}: {}", scene.scene, scene.receiver),
-            ("sans-serif", 15, FontStyle::Bold),
-        )
+        .caption(heading(scene), ("sans-serif", 15, FontStyle::Bold))
         .x_label_area_size(44)
         .y_label_area_size(58)
         .build_cartesian_2d(coordinates(&time), coordinates(&error))?;

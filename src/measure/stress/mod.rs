@@ -365,7 +365,12 @@ mod tests {
     fn numbers_worked_out_by_hand() {
         let truth = map(&[1.0, 2.0, 1.0, 0.0], 2);
         let other = map(&[1.5, 1.0, 1.0, 0.25], 2);
-        let point = measure(vec![other.clone()], &[truth.clone()], Some(&other)).unwrap();
+        let point = measure(
+            vec![other.clone()],
+            std::slice::from_ref(&truth),
+            Some(&other),
+        )
+        .unwrap();
         assert_eq!(point.l1, Some(1.75 / 4.0));
         assert_eq!(point.energy_ratio, Some(3.75 / 4.0));
         assert_eq!(point.overshoot, Some(0.25));

@@ -1,0 +1,272 @@
+//! `nephroid chart`: speed against accuracy.
+
+use super::{cancel_on_ctrl_c, load_scene, print};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use nephroid::gpu::{Context, ContextOptions};
+use nephroid::image_file::check_writable;
+use nephroid::measure::chart::{Chart, Peer, SceneChart, read_peers, write};
+use nephroid::measure::sweep::{Plan, Subject, sweep};
+use nephroid::reference::{Options, cached_caustic};
+use nephroid::scene::{MaterialKind, Scene};
+use nephroid::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Chart the speed of every method against its accuracy
+///
+/// Writes chart.html, chart.svg, chart.csv and chart.json, anew after every scene. Errors are
+/// against references from the CPU, which are kept in the user's cache folder.
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene files; without, those in assets/scenes that have a caustic
+    #[arg(value_name = "SCENE")]
+    scenes: Vec<PathBuf>,
+    /// Folder to write to; made if it does not exist
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Measurements of other renderers (.json), with the light map of 256 texels
+    #[arg(long, value_name = "FILE")]
+    peers: Option<PathBuf>,
+    /// Receiver to chart; without, the first of each scene
+    #[arg(long, value_name = "NAME")]
+    receiver: Option<String>,
+    /// Index or part of the name of the Vulkan device
+    #[arg(long)]
+    device: Option<String>,
+    /// Only a few settings, on small light maps
+    #[arg(long)]
+    quick: bool,
+}
+
+/// Where the scenes lie that come with nephroid, in its source tree.
+const SHIPPED: &str = "assets/scenes";
+
+struct Subscene {
+    name: String,
+    scene: Scene,
+    receiver: usize,
+}
+
+pub fn run(arguments: &Arguments) -> Result<()> {
+    // All that can be wrong with the input, before the minutes of work.
+    let peers = match &arguments.peers {
+        Some(file) => read_peers(file)?,
+        None => Vec::new(),
+    };
+    let scenes = load_scenes(arguments)?;
+    for peer in &peers {
+        if !scenes.iter().any(|scene| scene.name == peer.scene) {
+            eprintln!("warning: {}: no scene `{}` here", peer.name, peer.scene);
+        }
+    }
+    check_folder(&arguments.output)?;
+    let context = Context::new(&ContextOptions {
+        device: arguments.device.clone(),
+        validate: false,
+    })?;
+
+    let plan = match arguments.quick {
+        true => Plan::quick(),
+        false => Plan::full(),
+    };
+    let mut chart = Chart::new(context.info());
+    let cancel = cancel_on_ctrl_c();
+    let bar = progress_bar(scenes.len());
+    let mut result = Ok(());
+    for (index, scene) in scenes.iter().enumerate() {
+        let measured = measure(&context, scene, &plan, &bar, index, cancel);
+        match measured {
+            Ok(mut charts) => {
+                add_peers(&mut charts, &peers, &plan);
+                chart.scenes.extend(charts);
+                write(&chart, &arguments.output)?;
+            }
+            Err(error) => {
+                result = Err(error);
+                break;
+            }
+        }
+    }
+    bar.finish_and_clear();
+    for scene in &chart.scenes {
+        let [width, height] = scene.light_map;
+        print(&format!(
+            "{}: {}, {width} x {height}",
+            scene.scene, scene.receiver
+        ));
+        for verdict in &scene.verdicts {
+            print(&format!("  {verdict}"));
+        }
+    }
+    let page = arguments.output.join("chart.html");
+    if !chart.scenes.is_empty() {
+        print(&page.display().to_string());
+    }
+    if result.is_err() && !chart.scenes.is_empty() {
+        eprintln!("note: {} has the scenes before", page.display());
+    }
+    result
+}
+
+/// Parts of the bar that one scene takes, and its reference of these.
+const BAR: f64 = 1000.0;
+const REFERENCE_SHARE: f64 = 0.4;
+
+fn measure(
+    context: &Arc<Context>,
+    subscene: &Subscene,
+    plan: &Plan,
+    bar: &ProgressBar,
+    index: usize,
+    cancel: &AtomicBool,
+) -> Result<Vec<SceneChart>> {
+    let Subscene {
+        name,
+        scene,
+        receiver,
+    } = subscene;
+    let show = |fraction: f64, message: String| {
+        bar.set_position((BAR * (index as f64 + fraction)) as u64);
+        bar.set_message(format!("{name}: {message}"));
+    };
+    let options = Options {
+        error: plan.reference_error,
+        ..Options::default()
+    };
+    show(0.0, "reference".into());
+    let reference = cached_caustic(
+        scene,
+        *receiver,
+        plan.reference_texels(scene, *receiver),
+        &options,
+        &mut |progress| show(REFERENCE_SHARE * progress.fraction, "reference".into()),
+        cancel,
+    )?;
+    let subject = Subject {
+        name,
+        scene,
+        receiver: *receiver,
+        reference: &reference,
+    };
+    let mut progress = |step: &nephroid::measure::sweep::Step| {
+        let fraction = REFERENCE_SHARE + (1.0 - REFERENCE_SHARE) * step.fraction;
+        let [width, height] = step.texels;
+        show(
+            fraction,
+            format!("{} {}, {width} x {height}", step.curve, step.samples),
+        );
+    };
+    sweep(context, &subject, plan, &mut progress, cancel)
+}
+
+/// The scenes asked for, or the shipped ones that have a caustic.
+fn load_scenes(arguments: &Arguments) -> Result<Vec<Subscene>> {
+    let shipped = arguments.scenes.is_empty();
+    let files = match shipped {
+        true => shipped_scenes()?,
+        false => arguments.scenes.clone(),
+    };
+    let mut scenes: Vec<Subscene> = Vec::new();
+    for file in &files {
+        let scene = load_scene(file)?;
+        if shipped && !has_caustic(&scene) {
+            continue;
+        }
+        let stem = file.file_stem().unwrap_or(file.as_os_str());
+        let name = stem.to_string_lossy().into_owned();
+        if scenes.iter().any(|other| other.name == name) {
+            return Err(Error::Usage {
+                reason: format!("two scenes are called {name}"),
+                remedy: "name each scene once, and give files different names".into(),
+            });
+        }
+        let receiver = find_receiver(file, &scene, arguments.receiver.as_deref())?;
+        scenes.push(Subscene {
+            name,
+            scene,
+            receiver,
+        });
+    }
+    Ok(scenes)
+}
+
+fn shipped_scenes() -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(SHIPPED).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    files.sort();
+    if files.is_empty() {
+        return Err(Error::Usage {
+            reason: format!("there are no scenes in {SHIPPED}"),
+            remedy: "name scene files, or run in nephroid's source tree".into(),
+        });
+    }
+    Ok(files)
+}
+
+fn has_caustic(scene: &Scene) -> bool {
+    let is_mirror = |object: &nephroid::scene::Object| {
+        let kind = &scene.materials[object.material].kind;
+        matches!(kind, MaterialKind::Mirror { .. })
+    };
+    !scene.lights.is_empty()
+        && scene.objects.iter().any(is_mirror)
+        && scene.receivers().next().is_some()
+}
+
+fn find_receiver(file: &Path, scene: &Scene, name: Option<&str>) -> Result<usize> {
+    let receivers: Vec<usize> = scene.receivers().map(|(index, ..)| index).collect();
+    let name_of = |&index: &usize| scene.objects[index].name.as_str();
+    let found = match name {
+        None => receivers.first(),
+        Some(name) => receivers.iter().find(|index| name_of(index) == name),
+    };
+    found.copied().ok_or_else(|| Error::Usage {
+        reason: match name {
+            Some(name) => format!("{} has no receiver called `{name}`", file.display()),
+            None => format!("{} has no receiver", file.display()),
+        },
+        remedy: match receivers.is_empty() {
+            true => "give a diffuse rect of the scene a `lightmap = [256, 256]`".into(),
+            false => {
+                let names: Vec<&str> = receivers.iter().map(name_of).collect();
+                format!("choose one with --receiver: {}", names.join(", "))
+            }
+        },
+    })
+}
+
+/// Makes the folder, and finds out whether the chart can be written there.
+fn check_folder(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|error| Error::Output {
+        file: folder.to_owned(),
+        reason: error.to_string(),
+        remedy: "name a folder that you may write to".into(),
+    })?;
+    ["html", "svg", "csv", "json"]
+        .into_iter()
+        .try_for_each(|kind| check_writable(&folder.join("chart").with_extension(kind)))
+}
+
+/// Onto the plots of the light maps that all methods are measured on.
+fn add_peers(charts: &mut [SceneChart], peers: &[Peer], plan: &Plan) {
+    for chart in charts {
+        if chart.light_map.into_iter().max() == Some(plan.main_side) {
+            let own = peers.iter().filter(|peer| peer.scene == chart.scene);
+            chart.peers = own.cloned().collect();
+        }
+    }
+}
+
+/// On stderr, and only if that is a terminal.
+fn progress_bar(scenes: usize) -> ProgressBar {
+    let length = (BAR * scenes as f64) as u64;
+    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg} {eta} left");
+    bar.set_style(style.expect("the template is valid"));
+    bar
+}

@@ -1,0 +1,669 @@
+//! Every method of the renderer over its settings, measured for a [`Chart`](super::chart::Chart).
+//!
+//! Light maps of one size share a plot, as an error says little about another size: coarse texels
+//! are easier to get right. Only the light map of the receiver in question is rendered.
+
+use super::chart::{Picture, Point, SceneChart, Series, Strip, Thumbnail, Time, figure};
+use super::compare;
+use crate::error::{Error, Result};
+use crate::gpu::Context;
+use crate::image_file::RgbImage;
+use crate::reference::Reference;
+use crate::render::{Area, Method, Renderer, Settings};
+use crate::scene::{LightKind, Scene};
+use clap::ValueEnum;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// A setting with slower frames is measured once, s.
+const SLOW: f64 = 1.0;
+/// As many times that, and the frame is not even repeated to leave out what drivers put off.
+const VERY_SLOW: f64 = 10.0;
+/// Frames of other settings.
+const FRAMES: [f64; 2] = [5.0, 50.0];
+/// Times at which methods are shown side by side, s.
+const STRIP_TIMES: [f64; 3] = [0.002, 0.008, 0.03];
+/// Larger side of a thumbnail, texels.
+const THUMBNAIL: u32 = 128;
+/// What every curve should fall below, relative.
+const GOOD: f64 = 0.01;
+
+/// Which settings are measured, and how long.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Larger sides of the light maps, texels, rising; each divides the next.
+    pub sides: Vec<u32>,
+    /// The light map that gets all samples; others get those that suit their texels.
+    pub main_side: u32,
+    /// Samples are 256, 256 · `step`, and so on.
+    pub step: u32,
+    /// Up to these, of patches and of points.
+    pub most_patches: u32,
+    pub most_points: u32,
+    /// Of `pinhole`, which visits every patch at every texel.
+    pub most_pinhole_patches: u32,
+    /// About how long to repeat the frames of one setting, s.
+    pub seconds: f64,
+    /// Relative error to ask of the reference, on the largest light map. Halving the side about
+    /// halves it.
+    pub reference_error: f64,
+}
+
+impl Plan {
+    /// The whole chart. The smallest light maps are there for `pinhole`.
+    pub fn full() -> Self {
+        Self {
+            sides: vec![64, 128, 256, 512, 1024],
+            main_side: 256,
+            step: 4,
+            most_patches: 1 << 20,
+            most_points: 1 << 24,
+            most_pinhole_patches: 4096,
+            seconds: 0.5,
+            reference_error: 0.0125,
+        }
+    }
+
+    /// A few settings on small light maps.
+    pub fn quick() -> Self {
+        Self {
+            sides: vec![64],
+            main_side: 64,
+            step: 16,
+            most_patches: 4096,
+            most_points: 1 << 16,
+            most_pinhole_patches: 256,
+            seconds: 0.1,
+            reference_error: 0.005,
+        }
+    }
+
+    /// Texels of the reference: the largest light map.
+    pub fn reference_texels(&self, scene: &Scene, receiver: usize) -> [u32; 2] {
+        self.texels(scene, receiver, self.sides[self.sides.len() - 1])
+    }
+
+    /// About in the proportion of the scene file, and divisible down to the smallest light map.
+    fn texels(&self, scene: &Scene, receiver: usize, side: u32) -> [u32; 2] {
+        let smallest = self.sides[0];
+        let asked = scene.objects[receiver].light_map.expect("a receiver");
+        let scale = f64::from(smallest) / f64::from(asked[0].max(asked[1]));
+        asked.map(|texels| {
+            let coarse = (f64::from(texels) * scale).round().max(1.0) as u32;
+            coarse * (side / smallest)
+        })
+    }
+
+    /// Samples to ask a method for.
+    fn ladder(&self, method: Method, side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
+        let texels = u64::from(width) * u64::from(height);
+        let (most, suit) = match method {
+            Method::Pinhole => (self.most_pinhole_patches, 0..u64::MAX),
+            Method::Points => (self.most_points, texels..64 * texels),
+            _ => (self.most_patches, texels / 16..4 * texels),
+        };
+        std::iter::successors(Some(256u32), |samples| samples.checked_mul(self.step))
+            .take_while(|&samples| samples <= most)
+            .filter(|&samples| side == self.main_side || suit.contains(&samples.into()))
+            .collect()
+    }
+}
+
+/// What is measured, against what.
+pub struct Subject<'a> {
+    /// As the chart shall call the scene.
+    pub name: &'a str,
+    pub scene: &'a Scene,
+    /// Index of the object whose light map is judged.
+    pub receiver: usize,
+    /// Of [`Plan::reference_texels`].
+    pub reference: &'a Reference,
+}
+
+/// How far a sweep is.
+pub struct Step<'a> {
+    /// 0..=1
+    pub fraction: f64,
+    /// What is about to be measured.
+    pub curve: &'a str,
+    pub samples: u32,
+    pub texels: [u32; 2],
+}
+
+/// A method with everything set but its samples.
+struct Curve {
+    label: &'static str,
+    settings: Settings,
+    /// Why the curve may end above [`GOOD`].
+    reason: &'static str,
+    /// Samples and texels of frames slower than [`SLOW`].
+    slow: Vec<[u64; 2]>,
+}
+
+fn curves(method: Method) -> Vec<Curve> {
+    let curve = |label, reason| Curve {
+        label,
+        settings: Settings {
+            method,
+            ..Settings::default()
+        },
+        reason,
+        slow: Vec::new(),
+    };
+    match method {
+        Method::Footprint => vec![curve(
+            "footprint",
+            "it needs more patches, or a finer mesh; a shadow's edge is as rough as the patches",
+        )],
+        Method::Points => vec![curve("points", "noise: it needs more points a texel")],
+        Method::Beams => [("beams", Area::True), ("beams, product", Area::Product)]
+            .into_iter()
+            .map(|(label, area)| {
+                let mut curve = curve(label, beams_reason(area));
+                curve.settings.area = area;
+                curve
+            })
+            .collect(),
+        Method::Pinhole => [
+            ("pinhole", 1.0, true),
+            ("pinhole, ε = 0", 0.0, true),
+            ("pinhole, no filter", 1.0, false),
+            ("pinhole, ε = 0, no filter", 0.0, false),
+        ]
+        .into_iter()
+        .map(|(label, epsilon, filter)| {
+            let mut curve = curve(label, pinhole_reason(epsilon, filter));
+            curve.settings.epsilon = epsilon;
+            curve.settings.filter = filter;
+            curve
+        })
+        .collect(),
+    }
+}
+
+fn beams_reason(area: Area) -> &'static str {
+    match area {
+        Area::True => "a sun is a point to it: the edges of its disc are missing",
+        Area::Product => {
+            "the product of two lengths is not an area where the image is sheared; and a sun is a \
+             point to it"
+        }
+    }
+}
+
+fn pinhole_reason(epsilon: f32, filter: bool) -> &'static str {
+    match (epsilon > 0.0, filter) {
+        (true, true) => {
+            "the paper's ε takes light away near the mirror, and light is taken at the texels' \
+             middles"
+        }
+        (false, true) => "light is taken at the texels' middles, and patches are points",
+        (true, false) => {
+            "without the filter a patch shows the sun as if it were flat, in a few texels or in \
+             none; the paper's ε takes light away near the mirror"
+        }
+        (false, false) => {
+            "without the filter a patch shows the sun as if it were flat, in a few texels or in \
+             none"
+        }
+    }
+}
+
+impl Curve {
+    /// Whether a setting at most as fine took too long already.
+    fn is_too_slow(&self, samples: u32, texels: u64) -> bool {
+        (self.slow.iter()).any(|&[slow_samples, slow_texels]| {
+            u64::from(samples) >= slow_samples && texels >= slow_texels
+        })
+    }
+}
+
+/// Measures every method on one receiver, a chart for every size of the light map.
+///
+/// # Errors
+/// [`Error::Usage`] where the receiver is dark or no method can do the scene, [`Error::Device`]
+/// where the device fails, [`Error::Cancelled`] soon after `cancel` becomes true.
+pub fn sweep(
+    context: &Arc<Context>,
+    subject: &Subject,
+    plan: &Plan,
+    progress: &mut dyn FnMut(&Step),
+    cancel: &AtomicBool,
+) -> Result<Vec<SceneChart>> {
+    let Subject {
+        name,
+        scene,
+        receiver,
+        reference,
+    } = *subject;
+    let receiver_name = &scene.objects[receiver].name;
+    let useless = |reason: String| Error::Usage {
+        reason: format!("scene {name}: {reason}"),
+        remedy: "leave the scene out, or choose another --receiver".into(),
+    };
+    if reference.received_flux.iter().sum::<f64>() <= 0.0 {
+        return Err(useless(format!(
+            "no mirror throws light on `{receiver_name}`"
+        )));
+    }
+    let mut curves: Vec<Curve> = (Method::value_variants().iter())
+        .flat_map(|&method| curves(method))
+        .collect();
+    let mut left_out = Vec::new();
+    curves.retain(|curve| {
+        let missing = missing_light(scene, curve.settings.method);
+        let nothing = missing == Some(Missing::All);
+        if nothing {
+            left_out.push(format!(
+                "{} is left out: it throws no light from environments.",
+                curve.label
+            ));
+        }
+        !nothing
+    });
+    let settings = |plan: &Plan, curves: &[Curve], side| -> Vec<(usize, u32)> {
+        let texels = plan.texels(scene, receiver, side);
+        (curves.iter().enumerate())
+            .flat_map(|(index, curve)| {
+                let ladder = plan.ladder(curve.settings.method, side, texels);
+                ladder.into_iter().map(move |samples| (index, samples))
+            })
+            .collect()
+    };
+    let total: usize = (plan.sides.iter())
+        .map(|&side| settings(plan, &curves, side).len())
+        .sum();
+    let (mut done, mut charts) = (0, Vec::new());
+    for &side in &plan.sides {
+        let texels = plan.texels(scene, receiver, side);
+        let truth = Truth::new(reference, texels);
+        let scene = with_light_map(scene, receiver, texels);
+        let mut measured: Vec<Vec<Measured>> = curves.iter().map(|_| Vec::new()).collect();
+        for (index, samples) in settings(plan, &curves, side) {
+            let curve = &mut curves[index];
+            progress(&Step {
+                fraction: done as f64 / total as f64,
+                curve: curve.label,
+                samples,
+                texels,
+            });
+            done += 1;
+            let area = u64::from(texels[0]) * u64::from(texels[1]);
+            if curve.is_too_slow(samples, area) {
+                continue;
+            }
+            let settings = Settings {
+                samples,
+                ..curve.settings.clone()
+            };
+            let mut renderer = Renderer::new(context, &scene, &settings)?;
+            let same = measured[index].last();
+            if same.is_some_and(|last| last.point.samples == u64::from(renderer.samples())) {
+                // There is at least one patch a triangle, however few are asked for.
+                continue;
+            }
+            let timing = time_frames(&mut renderer, plan.seconds, cancel)?;
+            if timing.wall.median > SLOW {
+                curve.slow.push([samples.into(), area]);
+            }
+            let map = renderer.read_caustic(receiver)?;
+            let point = truth.judge(&map, &settings, renderer.samples(), timing)?;
+            measured[index].push(Measured {
+                point,
+                thumbnail: thumbnail(&map),
+            });
+        }
+        let strips = strips(&curves, &measured, &truth);
+        let verdicts = (curves.iter().zip(&measured))
+            .map(|(curve, measured)| verdict(curve, measured, &truth, scene_lacks(&scene, curve)))
+            .chain(left_out.iter().cloned())
+            .collect();
+        let series: Vec<Series> = (curves.iter().zip(measured))
+            .filter(|(_, measured)| !measured.is_empty())
+            .map(|(curve, measured)| Series {
+                label: curve.label.into(),
+                points: measured.into_iter().map(|m| m.point).collect(),
+            })
+            .collect();
+        if !series.is_empty() {
+            charts.push(SceneChart {
+                scene: name.into(),
+                receiver: receiver_name.clone(),
+                light_map: texels,
+                reference_error: truth.error,
+                series,
+                peers: Vec::new(),
+                strips,
+                verdicts,
+            });
+        }
+    }
+    if charts.is_empty() {
+        return Err(useless("no method can render its caustic".into()));
+    }
+    Ok(charts)
+}
+
+/// The light that a method does not throw.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Missing {
+    All,
+    Environment,
+}
+
+fn missing_light(scene: &Scene, method: Method) -> Option<Missing> {
+    let is_sun = |kind: &LightKind| matches!(kind, LightKind::Sun { .. });
+    let suns = (scene.lights.iter())
+        .filter(|light| is_sun(&light.kind))
+        .count();
+    match (method, suns, scene.lights.len() - suns) {
+        (Method::Pinhole, ..) | (_, _, 0) => None,
+        (_, 0, _) => Some(Missing::All),
+        _ => Some(Missing::Environment),
+    }
+}
+
+fn scene_lacks(scene: &Scene, curve: &Curve) -> bool {
+    missing_light(scene, curve.settings.method).is_some()
+}
+
+/// The scene with one light map only.
+fn with_light_map(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Scene {
+    let mut scene = scene.clone();
+    for (index, object) in scene.objects.iter_mut().enumerate() {
+        object.light_map = (index == receiver).then_some(texels);
+    }
+    scene
+}
+
+/// A point of a curve, with its light map for a strip.
+struct Measured {
+    point: Point,
+    thumbnail: RgbImage,
+}
+
+/// The reference at one size of the light map.
+struct Truth {
+    map: RgbImage,
+    /// Relative.
+    error: f64,
+}
+
+impl Truth {
+    fn new(reference: &Reference, [width, height]: [u32; 2]) -> Self {
+        let coarse = reference.coarser(reference.width / width);
+        assert_eq!([coarse.width, coarse.height], [width, height]);
+        Self {
+            map: RgbImage {
+                width,
+                height,
+                pixels: (coarse.irradiance.iter())
+                    .map(|rgb| rgb.map(|value| value as f32))
+                    .collect(),
+            },
+            error: coarse.relative_error,
+        }
+    }
+
+    fn judge(
+        &self,
+        map: &RgbImage,
+        settings: &Settings,
+        samples: u32,
+        timing: Timing,
+    ) -> Result<Point> {
+        let comparison = compare(map, &self.map)?;
+        let lit = "the reference is not black";
+        let l1 = comparison.l1.expect(lit);
+        let frames = match timing.frames {
+            1 => "one frame, as it is slow".into(),
+            frames => format!("median of {frames} frames"),
+        };
+        Ok(Point {
+            samples: samples.into(),
+            light_map: [map.width, map.height],
+            settings: match settings.method {
+                Method::Pinhole => format!(
+                    "ε = {} squared patch diameters, filter {}",
+                    settings.epsilon,
+                    if settings.filter { "on" } else { "off" }
+                ),
+                _ => format!("{} asked for", settings.samples),
+            },
+            l1,
+            l2: comparison.l2.expect(lit),
+            energy_ratio: comparison.energy_ratio.expect(lit),
+            wall: timing.wall,
+            gpu: timing.gpu,
+            above_floor: l1 > 2.0 * self.error,
+            note: Some(frames),
+        })
+    }
+}
+
+struct Timing {
+    wall: Time,
+    gpu: Option<Time>,
+    frames: usize,
+}
+
+/// Repeats the caustic until its time is known.
+fn time_frames(renderer: &mut Renderer, seconds: f64, cancel: &AtomicBool) -> Result<Timing> {
+    let frame = |renderer: &mut Renderer| -> Result<(f64, Option<f64>, usize)> {
+        if cancel.load(Ordering::Relaxed) {
+            return Err(Error::Cancelled);
+        }
+        let start = Instant::now();
+        renderer.caustic()?;
+        let wall = start.elapsed().as_secs_f64();
+        let passes = renderer.take_times();
+        let gpu = passes.iter().map(|pass| pass.gpu).sum();
+        Ok((wall, gpu, passes.len()))
+    };
+    let gpu_time = |times: Vec<Option<f64>>| {
+        let times: Option<Vec<f64>> = times.into_iter().collect();
+        times
+            .filter(|times| times.iter().all(|&time| time > 0.0))
+            .filter(|times| !times.is_empty())
+            .map(|times| Time::of(&times))
+    };
+    let once = |wall, gpu| Timing {
+        wall: Time::of(&[wall]),
+        gpu: gpu_time(vec![gpu]),
+        frames: 1,
+    };
+    // Pass by pass, to know how many a frame has. This frame also pays for what drivers put off.
+    renderer.wait_each_pass(true);
+    let (first, gpu, passes) = frame(renderer)?;
+    renderer.wait_each_pass(false);
+    if first > VERY_SLOW * SLOW {
+        return Ok(once(first, gpu));
+    }
+    let (second, gpu, _) = frame(renderer)?;
+    if second > SLOW {
+        return Ok(once(second, gpu));
+    }
+    let frames = (seconds / second).clamp(FRAMES[0], FRAMES[1]) as usize;
+    let (mut walls, mut gpus) = (Vec::new(), Vec::new());
+    for _ in 0..frames {
+        let (wall, gpu, passes_seen) = frame(renderer)?;
+        walls.push(wall);
+        // Of a frame in several submissions only the last one's times are known.
+        gpus.extend((passes_seen == passes).then_some(gpu));
+    }
+    if gpus.is_empty() {
+        renderer.wait_each_pass(true);
+        for _ in 0..FRAMES[0] as usize {
+            gpus.push(frame(renderer)?.1);
+        }
+        renderer.wait_each_pass(false);
+    }
+    Ok(Timing {
+        wall: Time::of(&walls),
+        gpu: gpu_time(gpus),
+        frames,
+    })
+}
+
+/// The map in at most [`THUMBNAIL`] texels a side, averaged.
+fn thumbnail(map: &RgbImage) -> RgbImage {
+    let factor = map.width.max(map.height).div_ceil(THUMBNAIL);
+    let [width, height] = [map.width, map.height].map(|side| side.div_ceil(factor));
+    let mut sums = vec![([0.0f32; 3], 0.0f32); width as usize * height as usize];
+    for (index, rgb) in map.pixels.iter().enumerate() {
+        let [column, row] = [index as u32 % map.width, index as u32 / map.width];
+        let (sum, count) = &mut sums[(row / factor * width + column / factor) as usize];
+        (0..3).for_each(|channel| sum[channel] += rgb[channel]);
+        *count += 1.0;
+    }
+    RgbImage {
+        width,
+        height,
+        pixels: (sums.into_iter())
+            .map(|(sum, count)| sum.map(|value| value / count))
+            .collect(),
+    }
+}
+
+/// What the methods achieve in about equal time, at the times that some method comes close to.
+fn strips(curves: &[Curve], measured: &[Vec<Measured>], truth: &Truth) -> Vec<Strip> {
+    let truth = thumbnail(&truth.map);
+    let white = white(&truth);
+    let error_scale = 0.1 * white;
+    let times = STRIP_TIMES.into_iter();
+    times
+        .filter_map(|seconds| {
+            let distance = |m: &Measured| (m.point.wall.median / seconds).ln().abs();
+            let nearest: Vec<(&Curve, &Measured)> = (curves.iter().zip(measured))
+                .filter_map(|(curve, measured)| {
+                    let nearest =
+                        (measured.iter()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+                    Some((curve, nearest))
+                })
+                .collect();
+            let close = (nearest.iter()).any(|(_, m)| distance(m) < std::f64::consts::LN_2);
+            close.then(|| Strip {
+                seconds,
+                error_scale,
+                thumbnails: (nearest.into_iter())
+                    .map(|(curve, measured)| Thumbnail {
+                        label: curve.label.into(),
+                        seconds: measured.point.wall.median,
+                        l1: measured.point.l1,
+                        light_map: Picture::of_light_map(&measured.thumbnail, -white.log2()),
+                        error: Picture::of_error(&measured.thumbnail, &truth, error_scale),
+                    })
+                    .collect(),
+            })
+        })
+        .collect()
+}
+
+/// Irradiance that only one lit texel in a hundred exceeds, W/m².
+fn white(map: &RgbImage) -> f64 {
+    let mut values: Vec<f32> = (map.pixels.iter())
+        .map(|rgb| rgb.iter().sum::<f32>() / 3.0)
+        .filter(|&value| value > 0.0)
+        .collect();
+    values.sort_by(f32::total_cmp);
+    f64::from(values[(values.len() - 1) * 99 / 100])
+}
+
+/// Whether a curve falls below [`GOOD`], and if not, why.
+fn verdict(curve: &Curve, measured: &[Measured], truth: &Truth, lacks_light: bool) -> String {
+    let label = curve.label;
+    let percent = |value: f64| format!("{} %", figure(100.0 * value));
+    let goal = 100.0 * GOOD;
+    let best = (measured.iter().map(|m| &m.point)).min_by(|a, b| a.l1.total_cmp(&b.l1));
+    let Some(best) = best else {
+        return format!(
+            "{label} is left out: a frame took more than {SLOW} s with a smaller light map."
+        );
+    };
+    let best_is = format!(
+        "{} with {} samples in {} ms",
+        percent(best.l1),
+        best.samples,
+        figure(1e3 * best.wall.median)
+    );
+    if best.l1 < GOOD {
+        return format!("{label} falls below {goal} %: {best_is}.");
+    }
+    let reason = if !best.above_floor {
+        format!("the reference is good to {} only", percent(truth.error))
+    } else if lacks_light {
+        "it throws no light from environments".into()
+    } else {
+        curve.reason.into()
+    };
+    let slow = match best.wall.median > SLOW || !curve.slow.is_empty() {
+        true => format!("; finer settings take more than {SLOW} s a frame"),
+        false => String::new(),
+    };
+    format!("{label} does not fall below {goal} %, only to {best_is}: {reason}{slow}.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_maps_divide_and_keep_their_proportion() {
+        let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+        let scene = crate::scene::load(&scenes.join("corner.toml"))
+            .unwrap()
+            .scene;
+        let plan = Plan::full();
+        let wall = scene.object_index("wall").unwrap();
+        let [width, height] = plan.reference_texels(&scene, wall);
+        assert_eq!((width, height), (1024, 7 * 16));
+        for &side in &plan.sides {
+            let factor = 1024 / side;
+            let texels = plan.texels(&scene, wall, side);
+            assert_eq!(texels, [width / factor, height / factor]);
+        }
+    }
+
+    #[test]
+    fn ladders() {
+        let plan = Plan::full();
+        let ladder = |method, side| plan.ladder(method, side, [side, side]);
+        assert_eq!(ladder(Method::Pinhole, 64), [256, 1024, 4096]);
+        assert_eq!(ladder(Method::Footprint, 64), [256, 1024, 4096]);
+        assert_eq!(
+            ladder(Method::Footprint, 256),
+            [256, 1024, 4096, 16384, 65536, 262144, 1048576]
+        );
+        assert_eq!(ladder(Method::Points, 1024), [1 << 20, 1 << 22, 1 << 24]);
+        assert_eq!(
+            Plan::quick().ladder(Method::Footprint, 64, [64, 64]),
+            [256, 4096]
+        );
+    }
+
+    #[test]
+    fn finer_than_slow_is_too_slow() {
+        let mut curve = curves(Method::Points).remove(0);
+        curve.slow.push([1000, 64]);
+        assert!(curve.is_too_slow(1000, 64) && curve.is_too_slow(4000, 256));
+        assert!(!curve.is_too_slow(999, 256) && !curve.is_too_slow(4000, 63));
+    }
+
+    #[test]
+    fn thumbnails_are_averages() {
+        let map = RgbImage {
+            width: 256,
+            height: 3,
+            pixels: (0..768).map(|i| [i as f32, 1.0, 0.0]).collect(),
+        };
+        let small = thumbnail(&map);
+        assert_eq!((small.width, small.height), (128, 2));
+        assert_eq!(
+            small.pixels[0],
+            [(0.0 + 1.0 + 256.0 + 257.0) / 4.0, 1.0, 0.0]
+        );
+        // The last row has half as many.
+        assert_eq!(small.pixels[255], [(766.0 + 767.0) / 2.0, 1.0, 0.0]);
+    }
+}

@@ -1,0 +1,405 @@
+//! References kept on disk between runs, as they take minutes.
+//!
+//! An entry is found by a hash of all that the solution depends on: geometry, mirrors, lights,
+//! the pixels of environments, receiver, texels, options and [`VERSION`]. Names, the camera and
+//! the colours of diffuse surfaces do not count. A file holds a checksum and the numbers; one that
+//! is damaged is made again.
+
+use super::{Map, Options, Progress, Reference, VERSION, caustic};
+use crate::error::Result;
+use crate::image_file::write_atomically;
+use crate::scene::{Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene};
+use blake3::{Hash, Hasher};
+use glam::DVec3;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// [`caustic`], or what it found for the same input before: the result is kept in the folder
+/// `nephroid/references` of the user's cache folder, 48 bytes a texel.
+///
+/// A damaged entry is made again with a note on stderr; a folder that cannot be written gives a
+/// warning there.
+///
+/// # Errors
+/// As [`caustic`].
+pub fn cached_caustic(
+    scene: &Scene,
+    receiver: usize,
+    texels: [u32; 2],
+    options: &Options,
+    progress: &mut dyn FnMut(&Progress),
+    cancel: &AtomicBool,
+) -> Result<Reference> {
+    let entry = (dirs::cache_dir()).map(|cache| {
+        let key = key(scene, receiver, texels, options);
+        Entry::new(&cache.join("nephroid/references"), key)
+    });
+    let is_receiver = scene.receivers().any(|(index, ..)| index == receiver);
+    if let Some(entry) = entry.as_ref().filter(|_| is_receiver) {
+        match entry.read(texels) {
+            Ok(Some(reference)) => return Ok(reference),
+            Ok(None) => {}
+            Err(reason) => eprintln!(
+                "note: {}: {reason}; the reference is made again",
+                entry.file.display()
+            ),
+        }
+    }
+    let reference = caustic(scene, receiver, texels, options, progress, cancel)?;
+    let kept = match &entry {
+        Some(entry) => entry.write(&reference).map_err(|e| e.to_string()),
+        None => Err("the user has no cache folder".into()),
+    };
+    if let Err(reason) = kept {
+        eprintln!("warning: the reference is not kept for later runs: {reason}");
+    }
+    Ok(reference)
+}
+
+struct Entry {
+    file: PathBuf,
+    key: Hash,
+}
+
+/// Relative error, samples, received flux.
+const HEADER_VALUES: usize = 5;
+
+impl Entry {
+    fn new(folder: &Path, key: Hash) -> Self {
+        let file = folder.join(format!("{key}.bin"));
+        Self { file, key }
+    }
+
+    /// `None` where there is no such file, and a reason where there is a bad one.
+    fn read(&self, [width, height]: [u32; 2]) -> Result<Option<Reference>, String> {
+        let texels = width as usize * height as usize;
+        let length = blake3::OUT_LEN + 8 * (HEADER_VALUES + 6 * texels);
+        let found = match std::fs::metadata(&self.file) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            found => found.map_err(|e| e.to_string())?.len(),
+        };
+        if found != length as u64 {
+            return Err(format!("it has {found} bytes in place of {length}"));
+        }
+        let content = std::fs::read(&self.file).map_err(|e| e.to_string())?;
+        let damaged = || "its checksum is wrong".to_owned();
+        let (checksum, data) = content.split_first_chunk().ok_or_else(damaged)?;
+        if self.checksum(data) != *checksum {
+            return Err(damaged());
+        }
+        let values: Vec<f64> = bytemuck::pod_collect_to_vec(data);
+        let (header, maps) = values.split_at(HEADER_VALUES);
+        let map = |values: &[f64]| -> Map { values.as_chunks().0.to_vec() };
+        let (irradiance, standard_error) = maps.split_at(3 * texels);
+        Ok(Some(Reference {
+            width,
+            height,
+            irradiance: map(irradiance),
+            standard_error: map(standard_error),
+            relative_error: header[0],
+            samples: header[1].to_bits(),
+            received_flux: [header[2], header[3], header[4]],
+            from_cache: true,
+        }))
+    }
+
+    fn write(&self, reference: &Reference) -> Result<()> {
+        let mut values = vec![reference.relative_error, f64::from_bits(reference.samples)];
+        values.extend(reference.received_flux);
+        values.extend(reference.irradiance.as_flattened());
+        values.extend(reference.standard_error.as_flattened());
+        let data: &[u8] = bytemuck::cast_slice(&values);
+        // Where this fails, so does the writing, which says why.
+        let _ = std::fs::create_dir_all(self.file.parent().expect("a file in a folder"));
+        write_atomically(&self.file, &[&self.checksum(data), data].concat())
+    }
+
+    /// Depends on the key, too, so that a file under a wrong name counts as damaged.
+    fn checksum(&self, data: &[u8]) -> [u8; blake3::OUT_LEN] {
+        *blake3::keyed_hash(self.key.as_bytes(), data).as_bytes()
+    }
+}
+
+/// Hash of all that the solution depends on. The patterns name every field, so that a new one is
+/// not forgotten.
+fn key(scene: &Scene, receiver: usize, texels: [u32; 2], options: &Options) -> Hash {
+    let mut feed = Feed(Hasher::new());
+    feed.number(VERSION.into());
+    feed.number(receiver as u64);
+    texels.iter().for_each(|&side| feed.number(side.into()));
+    let Options {
+        error,
+        max_samples,
+        seed,
+    } = *options;
+    feed.values(&[error]);
+    feed.number(max_samples);
+    feed.number(seed.into());
+    let Scene {
+        lights,
+        materials,
+        objects,
+        camera: _,
+    } = scene;
+    feed.number(lights.len() as u64);
+    lights.iter().for_each(|light| feed.light(light));
+    for object in objects {
+        let Object {
+            material,
+            geometry,
+            blocks_light,
+            name: _,
+            light_map: _,
+        } = object;
+        feed.number((*blocks_light).into());
+        match &materials[*material].kind {
+            MaterialKind::Mirror { reflectance } => {
+                feed.number(0);
+                feed.vectors(&[*reflectance]);
+            }
+            MaterialKind::Diffuse { albedo: _ } => feed.number(1),
+        }
+        feed.geometry(geometry);
+    }
+    feed.0.finalize()
+}
+
+/// A hash that is fed with numbers of fixed size, and with the length before every list.
+struct Feed(Hasher);
+
+impl Feed {
+    fn number(&mut self, number: u64) {
+        self.0.update(&number.to_le_bytes());
+    }
+
+    fn values(&mut self, values: &[f64]) {
+        for value in values {
+            self.number(value.to_bits());
+        }
+    }
+
+    fn vectors(&mut self, vectors: &[DVec3]) {
+        for vector in vectors {
+            self.values(&vector.to_array());
+        }
+    }
+
+    fn light(&mut self, light: &Light) {
+        let Light { kind, name: _ } = light;
+        match kind {
+            LightKind::Sun {
+                direction,
+                irradiance,
+                angular_radius,
+            } => {
+                self.number(0);
+                self.vectors(&[*direction, *irradiance]);
+                self.values(&[*angular_radius]);
+            }
+            LightKind::Environment {
+                map,
+                scale,
+                rotation,
+            } => {
+                self.number(1);
+                self.values(&[*scale, *rotation]);
+                self.number(map.width.into());
+                self.number(map.height.into());
+                for value in map.radiance.as_flattened() {
+                    self.0.update(&value.to_le_bytes());
+                }
+            }
+        }
+    }
+
+    fn geometry(&mut self, geometry: &Geometry) {
+        match geometry {
+            Geometry::Mesh(Mesh {
+                positions,
+                normals,
+                triangles,
+            }) => {
+                self.number(0);
+                self.number(positions.len() as u64);
+                self.vectors(positions);
+                self.vectors(normals);
+                self.number(triangles.len() as u64);
+                for &corner in triangles.as_flattened() {
+                    self.number(corner.into());
+                }
+            }
+            Geometry::Rect(Rect {
+                origin,
+                edge_u,
+                edge_v,
+            }) => {
+                self.number(1);
+                self.vectors(&[*origin, *edge_u, *edge_v]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{EnvironmentMap, load};
+    use std::sync::Arc;
+
+    fn scene(name: &str) -> Scene {
+        let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+        load(&scenes.join(name)).unwrap().scene
+    }
+
+    fn solve(options: &Options) -> Reference {
+        let scene = scene("mirror.toml");
+        let cancel = AtomicBool::new(false);
+        caustic(&scene, 1, [8, 8], options, &mut |_| {}, &cancel).unwrap()
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written_and_damage_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = Options {
+            error: 0.1,
+            ..Options::default()
+        };
+        let entry = Entry::new(
+            &folder.path().join("new/folder"),
+            key(&scene("mirror.toml"), 1, [8, 8], &options),
+        );
+        assert!(entry.read([8, 8]).unwrap().is_none());
+        let reference = solve(&options);
+        entry.write(&reference).unwrap();
+        let read = entry.read([8, 8]).unwrap().unwrap();
+        assert!(read.from_cache && !reference.from_cache);
+        let expected = Reference {
+            from_cache: true,
+            ..reference
+        };
+        assert_eq!(format!("{read:?}"), format!("{expected:?}"));
+
+        let whole = std::fs::read(&entry.file).unwrap();
+        for index in (0..whole.len()).step_by(97) {
+            let mut damaged = whole.clone();
+            damaged[index] ^= 1;
+            std::fs::write(&entry.file, damaged).unwrap();
+            assert!(entry.read([8, 8]).is_err(), "byte {index}");
+            std::fs::write(&entry.file, &whole[..index]).unwrap();
+            assert!(entry.read([8, 8]).is_err(), "{index} bytes");
+        }
+        std::fs::write(&entry.file, &whole).unwrap();
+        assert!(entry.read([8, 8]).unwrap().is_some());
+        assert!(entry.read([8, 4]).is_err());
+        // Under the name of another entry.
+        let other = Entry::new(folder.path(), blake3::hash(b"another scene"));
+        std::fs::write(&other.file, &whole).unwrap();
+        assert!(other.read([8, 8]).is_err());
+    }
+
+    /// A change of one thing that the reference depends on.
+    type Change = fn(&mut Scene, &mut Options);
+
+    #[test]
+    fn the_key_knows_what_matters_and_nothing_else() {
+        let plain = |change: Change| {
+            let (mut scene, mut options) = (scene("ball.toml"), Options::default());
+            let sun = self::scene("ring.toml").lights.remove(0);
+            scene.lights.push(sun);
+            change(&mut scene, &mut options);
+            key(&scene, 1, [8, 4], &options)
+        };
+        let same = plain(|_, _| {});
+        let indifferent: &[Change] = &[
+            |_, _| {},
+            |s, _| s.camera.fov *= 2.0,
+            |s, _| s.objects[0].name.push('x'),
+            |s, _| s.objects[1].light_map = Some([2, 2]),
+            |s, _| s.lights.iter_mut().for_each(|l| l.name.clear()),
+            |s, _| s.materials.push(s.materials[0].clone()),
+            |s, _| {
+                s.materials[1].kind = MaterialKind::Diffuse {
+                    albedo: DVec3::ZERO,
+                };
+            },
+        ];
+        for (index, change) in indifferent.iter().enumerate() {
+            assert_eq!(plain(*change), same, "{index}");
+        }
+        let decisive: &[Change] = &[
+            |_, o| o.error *= 2.0,
+            |_, o| o.max_samples += 1,
+            |_, o| o.seed += 1,
+            |s, _| s.objects[0].blocks_light ^= true,
+            |s, _| {
+                s.materials[0].kind = MaterialKind::Mirror {
+                    reflectance: DVec3::splat(0.5),
+                };
+            },
+            |s, _| s.objects[0].material = 1,
+            |s, _| match &mut s.objects[0].geometry {
+                Geometry::Mesh(mesh) => mesh.positions[7].x += 1e-12,
+                Geometry::Rect(_) => panic!(),
+            },
+            |s, _| match &mut s.objects[0].geometry {
+                Geometry::Mesh(mesh) => mesh.normals.swap(3, 4),
+                Geometry::Rect(_) => panic!(),
+            },
+            |s, _| match &mut s.objects[0].geometry {
+                Geometry::Mesh(mesh) => mesh.triangles[2].rotate_left(1),
+                Geometry::Rect(_) => panic!(),
+            },
+            |s, _| match &mut s.objects[1].geometry {
+                Geometry::Rect(rect) => rect.edge_v *= 1.5,
+                Geometry::Mesh(_) => panic!(),
+            },
+            |s, _| match &mut s.lights[1].kind {
+                LightKind::Sun { angular_radius, .. } => *angular_radius = 0.0,
+                LightKind::Environment { .. } => panic!(),
+            },
+            |s, _| match &mut s.lights[0].kind {
+                LightKind::Environment { map, .. } => {
+                    let mut other: EnvironmentMap = (**map).clone();
+                    other.radiance[1][2] += 1e-3;
+                    *map = Arc::new(other);
+                }
+                LightKind::Sun { .. } => panic!(),
+            },
+            |s, _| s.lights.reverse(),
+            |s, _| drop(s.lights.pop()),
+            |s, _| drop(s.objects.pop()),
+        ];
+        let mut keys = vec![same];
+        for (index, change) in decisive.iter().enumerate() {
+            let key = plain(*change);
+            assert!(!keys.contains(&key), "{index}");
+            keys.push(key);
+        }
+        let (scene, options) = (scene("ball.toml"), Options::default());
+        assert_ne!(
+            key(&scene, 1, [8, 4], &options),
+            key(&scene, 1, [4, 8], &options)
+        );
+        assert_ne!(
+            key(&scene, 1, [8, 4], &options),
+            key(&scene, 0, [8, 4], &options)
+        );
+    }
+
+    /// Raise [`VERSION`] and change the figure when the reference's results change.
+    #[test]
+    fn the_version_goes_with_the_results() {
+        let reference = solve(&Options {
+            error: 0.1,
+            ..Options::default()
+        });
+        let weighted: f64 = (reference.irradiance.as_flattened().iter().enumerate())
+            .map(|(index, value)| index as f64 * value)
+            .sum();
+        assert_eq!(
+            (VERSION, format!("{weighted:.9e}")),
+            (1, "1.517340642e3".into())
+        );
+    }
+}
