@@ -184,7 +184,7 @@ fn shipped_scenes_load_without_a_warning() {
         assert!(loaded.scene.receivers().count() > 0);
         count += 1;
     }
-    assert_eq!(count, 6);
+    assert_eq!(count, 7);
 }
 
 #[test]
