@@ -127,7 +127,7 @@ fn caustics_of_several_suns_add_up() {
 #[test]
 fn pinhole_sums_over_many_suns() {
     let device = Device::open();
-    let one = with_texels(load("mirror.toml"), "floor", [32, 32]);
+    let one = with_texels(load("mirror.toml"), "floor", [16, 16]);
     let split = |count: u32| {
         let mut scene = common::brighter(one.clone(), 1.0 / 64.0);
         scene.lights = vec![scene.lights[0].clone(); count as usize];

@@ -93,7 +93,7 @@ impl Sweep {
         (scene.object_index(RECEIVER)).expect("all scenes have a receiver")
     }
 
-    /// The two ends and the middle, on coarse maps, with few samples and a rough truth.
+    /// The two ends and the middle, on coarse maps, with a rough truth.
     pub fn quick(mut self) -> Self {
         let last = self.values.len() - 1;
         let mut indices = vec![0, last / 2, last];
@@ -101,7 +101,6 @@ impl Sweep {
         self.values = indices.into_iter().map(|i| self.values[i]).collect();
         self.texels = 64;
         self.error = 0.03;
-        self.effort *= 0.25;
         self.frames = self.frames.min(3);
         self
     }

@@ -165,10 +165,73 @@ fn broken(limit: &'static Limit, values: &[f64], points: &[Point]) -> Option<Bre
     })
 }
 
-/// Known reasons, by sweep and method.
+/// Known reasons, by sweep and method, without the full stop.
 fn reason(sweep: &str, method: &str) -> Option<&'static str> {
-    let _ = (sweep, method);
-    None
+    Some(match (method, sweep) {
+        ("footprint", "focus") => {
+            "The lit disc is about as wide as a texel there, and the variance of a texel, which every \
+             footprint is given, blurs it by a good part of that; the energy is kept"
+        }
+        ("footprint", "curvature") => {
+            "A patch of the half sphere turns the light by several degrees, so that its image is no \
+             longer an affine one: the kernel is symmetric where the image is longer on its outer side. The \
+             error falls with the area of the patches"
+        }
+        ("footprint", "mesh-smooth" | "mesh-facetted") => {
+            "Patches are congruent to the mesh's triangles. Those of narrow segments are as long as the \
+             ring is high, and so are the kernels: they blur along the segment, across the caustic. Rows \
+             of quads about as long as wide cure it (see the sweep of the light map, on 128 × 8 of them)"
+        }
+        ("footprint", "bumps") => {
+            "From some four patches a wave on, neighbouring patches throw the light far apart, and the \
+             kernels, rounder and wider than the images of triangles, do not join up to the pattern of \
+             facets that the reference sees. Finer meshes cure it, more patches a triangle help"
+        }
+        ("footprint", "turning") => {
+            "Each kernel moves smoothly, so the flicker is that of its slow ripple over the patches, and \
+             of the reference's noise (0.4 % at most)"
+        }
+        ("footprint", "sun" | "light-map") => {
+            "Where the sun and a texel are smaller than a patch's image, the blur of the patch is what is \
+             left; more patches cure it"
+        }
+        ("points", "curvature") => {
+            "Points are even on the mirror, and of a small sphere only the light of its very top reaches \
+             the screen, or few of its points do: noise"
+        }
+        ("points", "turning") => {
+            "A point counts for one texel, so it jumps from texel to texel. Flicker falls with the number \
+             of points as the error does"
+        }
+        ("points", "suns") => "The suns share the points, and every sun's are a coarser set: noise",
+        ("points", _) => {
+            "Noise: too few points a texel where the light spreads over many. Four times as many texels \
+             or as wide a light need four times as many points"
+        }
+        ("pinhole", "focus") => {
+            "It looks up the light at texel centres and once a patch. In the focus all patches send a point \
+             of light to one point, which no texel centre hits, and around it the hits are as coarse \
+             as the patches"
+        }
+        ("pinhole", "contact-face" | "contact-edge") => {
+            "ε in d² + ε, of the patch's size, caps the form factor as soon as patches are as large as \
+             their distance: the energy goes to zero with the gap"
+        }
+        ("pinhole", "curvature" | "grazing") => {
+            "Light is looked up once a patch and at texel centres; the filter by curvature is first order"
+        }
+        ("pinhole", "bumps") => {
+            "Patches as large as the bumps are looked up with the one filter of their middle"
+        }
+        ("pinhole", "turning") => {
+            "Every patch shows a blurred disc that jumps past texel centres as the mirror turns"
+        }
+        ("pinhole", _) => {
+            "The ring stands on the floor, where ε in d² + ε takes light away, and 1024 patches, looked up \
+             once each, are coarse"
+        }
+        _ => return None,
+    })
 }
 
 #[cfg(test)]
