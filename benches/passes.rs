@@ -10,6 +10,7 @@ mod common;
 
 use common::{Device, footprint, image, l1, load, method, only_receiver, options, run::Run, solve};
 use criterion::{Criterion, SamplingMode};
+use nephroid::gpu::keep_freed_memory;
 use nephroid::image_file::RgbImage;
 use nephroid::measure::Spread;
 use nephroid::render::{Method, Renderer};
@@ -41,6 +42,7 @@ struct Bench {
 }
 
 fn main() {
+    keep_freed_memory();
     let device = Device::unwatched();
     let scene = only_receiver(load("ring.toml"), RECEIVER, TEXELS);
     eprintln!("computing the reference, which takes about a minute");

@@ -5,6 +5,7 @@
 
 mod context;
 mod device;
+mod host_memory;
 mod instance;
 mod memory;
 mod pipeline;
@@ -16,6 +17,7 @@ mod validation;
 
 pub use context::{Context, ContextOptions};
 pub use device::{DeviceInfo, list_devices};
+pub use host_memory::keep_freed_memory;
 pub use memory::{Buffer, Image, Sampling};
 pub use pipeline::{Pipeline, Resource, Topology};
 pub use recorder::{Access, PassTime, Recorder};
