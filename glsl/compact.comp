@@ -1,5 +1,5 @@
-// compact: lists the slots that project filled, in their order, and writes how much splat has to
-// draw and resolve to add.
+// compact: lists the quads of the slots that project filled, in their order, and writes how much
+// splat has to draw and resolve to add.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -7,12 +7,14 @@
 const uint GROUP = 64;
 // Pairs of a thread: sums within a group are what costs, so there are few groups.
 const uint PAIRS = 8;
+// Of a quad's two triangles.
+const uint CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
-layout(std430, binding = 2) writeonly buffer Order { uint order[]; };
-// VkDrawIndirectCommand, then the numbers of footprints and of lit pairs
-layout(std430, binding = 3) writeonly buffer Arguments { uint arguments[6]; };
+layout(std430, binding = 2) writeonly buffer Quads { uint quads[]; }; // indices of splat's vertices
+// VkDrawIndexedIndirectCommand, then the numbers of footprints and of lit pairs
+layout(std430, binding = 3) writeonly buffer Arguments { uint arguments[7]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
 // VkDispatchIndirectCommand by the level that is added to
@@ -57,17 +59,22 @@ void main() {
     uint rank = before.x + exclusive_sum(own, here).x;
     for (uint pair = first; pair < end; pair++) {
         uint count = counts[pair]; // not in the condition: the validation layer breaks there
-        for (uint i = 0; i < count; i++) order[rank++] = pair * 2 * push.receiver_count + i;
+        for (uint i = 0; i < count; i++) {
+            uint vertex = 4 * (pair * 2 * push.receiver_count + i);
+            for (uint j = 0; j < 6; j++) quads[6 * rank + j] = vertex + CORNERS[j];
+            rank++;
+        }
     }
 
     if (gl_WorkGroupID.x == gl_NumWorkGroups.x - 1 && gl_LocalInvocationIndex == 0) {
         uvec2 total = before + here;
-        arguments[0] = 6 * total.x; // vertices
+        arguments[0] = 6 * total.x; // indices
         arguments[1] = 1;           // instances
         arguments[2] = 0;
         arguments[3] = 0;
-        arguments[4] = total.x;
-        arguments[5] = total.y;
+        arguments[4] = 0;
+        arguments[5] = total.x;
+        arguments[6] = total.y;
 
         uint used = 0;
         uvec2 largest = uvec2(0);

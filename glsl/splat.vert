@@ -1,10 +1,9 @@
-// splat: expands footprints into screen-aligned quads, two triangles each.
+// splat: expands footprints into screen-aligned quads. Vertex 4 f + c is corner c of footprint f.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
 
 layout(std430, binding = 0) readonly buffer Footprints { Footprint footprints[]; };
-layout(std430, binding = 1) readonly buffer Order { uint order[]; };
 layout(push_constant) uniform SplatPush {
     vec2 atlas_size;  // texels
 } push;
@@ -12,11 +11,9 @@ layout(location = 0) out flat vec4 conic_and_flatness;
 layout(location = 1) out flat vec4 centre_and_cut;
 layout(location = 2) out flat vec4 peak_and_cut;
 
-const vec2 CORNERS[6] = vec2[](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
-
 void main() {
-    Footprint footprint = footprints[order[gl_VertexIndex / 6]];
-    vec2 corner = mix(footprint.lower, footprint.upper, CORNERS[gl_VertexIndex % 6]);
+    Footprint footprint = footprints[gl_VertexIndex / 4];
+    vec2 corner = mix(footprint.lower, footprint.upper, vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1 & 1));
     conic_and_flatness = vec4(footprint.conic, footprint.flatness);
     centre_and_cut = vec4(footprint.centre, footprint.cut.xy);
     peak_and_cut = vec4(footprint.peak, footprint.cut.z);

@@ -29,6 +29,10 @@ impl Access {
         vk::PipelineStageFlags2::VERTEX_SHADER,
         vk::AccessFlags2::SHADER_READ,
     );
+    pub const INDEX_READ: Self = Self(
+        vk::PipelineStageFlags2::INDEX_INPUT,
+        vk::AccessFlags2::INDEX_READ,
+    );
     pub const INDIRECT_READ: Self = Self(
         vk::PipelineStageFlags2::DRAW_INDIRECT,
         vk::AccessFlags2::INDIRECT_COMMAND_READ,
@@ -337,21 +341,24 @@ impl Recorder {
         };
     }
 
-    /// Draws into `target` as many vertices as `arguments` (a `VkDrawIndirectCommand`) say.
-    pub fn draw_indirect<P: Pod>(
+    /// Draws into `target` the vertices that `indices` (u32) name, as many as `arguments` (a
+    /// `VkDrawIndexedIndirectCommand`) say.
+    pub fn draw_indexed_indirect<P: Pod>(
         &mut self,
         pipeline: &Pipeline,
         target: &Image,
         push: &P,
+        indices: &Buffer,
         arguments: &Buffer,
     ) {
         self.begin_rendering(target);
         self.use_pipeline(pipeline, push);
+        let (device, commands) = (self.device(), self.commands);
         // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
         unsafe {
-            self.device()
-                .cmd_draw_indirect(self.commands, arguments.handle, 0, 1, 0);
-            self.device().cmd_end_rendering(self.commands);
+            device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
+            device.cmd_draw_indexed_indirect(commands, arguments.handle, 0, 1, 0);
+            device.cmd_end_rendering(commands);
         }
     }
 

@@ -204,7 +204,7 @@ impl Renderer {
     pub fn lit_patches(&self) -> Result<Option<u32>> {
         match &self.caustic {
             Caustic::Footprint { project, .. } if project.batches.len() == 1 => {
-                Ok(Some(project.arguments.read::<u32>(6)?[5]))
+                Ok(Some(project.arguments.read::<u32>(7)?[6]))
             }
             _ => Ok(None),
         }
@@ -271,7 +271,9 @@ impl Renderer {
                         project.record_compact(r, *batch);
                         r.barrier(
                             Access::COMPUTE_WRITE,
-                            Access::VERTEX_READ.and(Access::INDIRECT_READ),
+                            Access::VERTEX_READ
+                                .and(Access::INDEX_READ)
+                                .and(Access::INDIRECT_READ),
                         );
                     })?;
                     recorder.pass("splat", |r| {
@@ -280,6 +282,7 @@ impl Renderer {
                         r.barrier(
                             Access::BLEND
                                 .and(Access::VERTEX_READ)
+                                .and(Access::INDEX_READ)
                                 .and(Access::INDIRECT_READ),
                             Access::BLEND.and(Access::COMPUTE),
                         );

@@ -21,8 +21,9 @@ pub struct Project {
     project: Pipeline,
     compact: Pipeline,
     pub footprints: Buffer,
-    pub order: Buffer,
-    /// A `VkDrawIndirectCommand` over the listed footprints, their number, and that of the pairs
+    /// Index buffer of the listed footprints' quads.
+    pub quads: Buffer,
+    /// A `VkDrawIndexedIndirectCommand` over the quads, their number, and that of the pairs
     /// that have any.
     pub arguments: Buffer,
     /// Bit l is set for receivers that have footprints in level l of their light map.
@@ -53,12 +54,8 @@ impl Project {
         let footprints = Buffer::new(context, "footprints", u64::from(batch) * bytes)?;
         let counts = Buffer::new(context, "footprint counts", 4 * u64::from(batch))?;
         let group_counts = Buffer::new(context, "group counts", 8 * u64::from(batch / GROUP))?;
-        let order = Buffer::new(
-            context,
-            "footprint order",
-            4 * u64::from(batch) * u64::from(slots),
-        )?;
-        let arguments = Buffer::new(context, "draw arguments", 24)?;
+        let quads = Buffer::new(context, "quads", 24 * u64::from(batch) * u64::from(slots))?;
+        let arguments = Buffer::new(context, "draw arguments", 28)?;
         let coarse = Buffer::new(context, "coarse levels", 4 * u64::from(receiver_count))?;
         let steps = Buffer::new(context, "resolve steps", 12 * u64::from(COARSEST))?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
@@ -80,7 +77,7 @@ impl Project {
             &[
                 ("counts", Resource::Buffer(&counts)),
                 ("group_counts", Resource::Buffer(&group_counts)),
-                ("order", Resource::Buffer(&order)),
+                ("quads", Resource::Buffer(&quads)),
                 ("arguments", Resource::Buffer(&arguments)),
                 ("coarse", Resource::Buffer(&coarse)),
                 ("steps", Resource::Buffer(&steps)),
@@ -90,7 +87,7 @@ impl Project {
             project,
             compact,
             footprints,
-            order,
+            quads,
             arguments,
             coarse,
             steps,

@@ -18,10 +18,7 @@ impl Splat {
             &shaders::SPLAT_VERT,
             &shaders::SPLAT_FRAG,
             Topology::Triangles,
-            &[
-                ("footprints", Resource::Buffer(&project.footprints)),
-                ("order", Resource::Buffer(&project.order)),
-            ],
+            &[("footprints", Resource::Buffer(&project.footprints))],
         )?;
         Ok(Self { pipeline })
     }
@@ -30,6 +27,7 @@ impl Splat {
         let push = SplatPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        recorder.draw_indirect(&self.pipeline, light_map, &push, &project.arguments);
+        let (quads, arguments) = (&project.quads, &project.arguments);
+        recorder.draw_indexed_indirect(&self.pipeline, light_map, &push, quads, arguments);
     }
 }
