@@ -342,16 +342,17 @@ impl Recorder {
     }
 
     /// Draws into `target` the vertices that `indices` (u32) name, as many as `arguments` (a
-    /// `VkDrawIndexedIndirectCommand`) say.
+    /// `VkDrawIndexedIndirectCommand`) say. `clear`: it is all zero before.
     pub fn draw_indexed_indirect<P: Pod>(
         &mut self,
         pipeline: &Pipeline,
         target: &Image,
+        clear: bool,
         push: &P,
         indices: &Buffer,
         arguments: &Buffer,
     ) {
-        self.begin_rendering(target);
+        self.begin_rendering(target, clear);
         self.use_pipeline(pipeline, push);
         let (device, commands) = (self.device(), self.commands);
         // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
@@ -362,9 +363,16 @@ impl Recorder {
         }
     }
 
-    /// Draws `vertices` vertices into `target`.
-    pub fn draw<P: Pod>(&mut self, pipeline: &Pipeline, target: &Image, push: &P, vertices: u32) {
-        self.begin_rendering(target);
+    /// Draws `vertices` vertices into `target`. `clear`: it is all zero before.
+    pub fn draw<P: Pod>(
+        &mut self,
+        pipeline: &Pipeline,
+        target: &Image,
+        clear: bool,
+        push: &P,
+        vertices: u32,
+    ) {
+        self.begin_rendering(target, clear);
         self.use_pipeline(pipeline, push);
         // SAFETY: pipeline, resources and target are bound.
         unsafe {
@@ -373,7 +381,7 @@ impl Recorder {
         }
     }
 
-    fn begin_rendering(&mut self, target: &Image) {
+    fn begin_rendering(&mut self, target: &Image, clear: bool) {
         let area = vk::Rect2D {
             offset: vk::Offset2D::default(),
             extent: vk::Extent2D {
@@ -392,7 +400,10 @@ impl Recorder {
         let attachments = [vk::RenderingAttachmentInfo::default()
             .image_view(target.view)
             .image_layout(vk::ImageLayout::GENERAL)
-            .load_op(vk::AttachmentLoadOp::LOAD)
+            .load_op(match clear {
+                true => vk::AttachmentLoadOp::CLEAR,
+                false => vk::AttachmentLoadOp::LOAD,
+            })
             .store_op(vk::AttachmentStoreOp::STORE)];
         let info = vk::RenderingInfo::default()
             .render_area(area)

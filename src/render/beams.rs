@@ -72,11 +72,12 @@ impl Beams {
         scene: &DeviceScene,
         batch: (u32, u32),
         light_map: &Image,
+        clear: bool,
     ) {
         let push = BeamsDrawPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
         let beams = batch.1 * scene.tiles.len() as u32;
-        recorder.draw(&self.draw, light_map, &push, 6 * beams);
+        recorder.draw(&self.draw, light_map, clear, &push, 6 * beams);
     }
 }

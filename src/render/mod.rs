@@ -237,9 +237,24 @@ impl Renderer {
             recorder,
             ..
         } = self;
+        // The first batch that is drawn clears the light map itself.
+        let draws = match &self.caustic {
+            _ if scene.reflector_count == 0 => false,
+            Caustic::Footprint { project, .. } => !project.batches.is_empty(),
+            Caustic::Points(points) => !points.batches.is_empty(),
+            Caustic::Beams { beams, .. } => !beams.batches.is_empty(),
+            Caustic::Pinhole { .. } => false,
+        };
         recorder.pass("clear", |r| {
-            r.barrier(Access::ANY_WRITE, Access::TRANSFER_WRITE);
-            r.clear(light_map);
+            r.barrier(
+                Access::ANY_WRITE,
+                Access::TRANSFER_WRITE
+                    .and(Access::BLEND)
+                    .and(Access::COMPUTE),
+            );
+            if !draws {
+                r.clear(light_map);
+            }
             if let Caustic::Footprint { project, .. } = &self.caustic {
                 r.zero(&project.coarse);
             }
@@ -277,7 +292,7 @@ impl Renderer {
                         );
                     })?;
                     recorder.pass("splat", |r| {
-                        splat.record(r, project, light_map);
+                        splat.record(r, project, light_map, index == 0);
                         // The next batch overwrites what this one reads, and adds to its texels.
                         r.barrier(
                             Access::BLEND
@@ -316,7 +331,7 @@ impl Renderer {
                         r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
                     })?;
                     recorder.pass("splat points", |r| {
-                        points.record_draw(r, scene, *batch, light_map);
+                        points.record_draw(r, scene, *batch, light_map, index == 0);
                         r.barrier(
                             Access::BLEND.and(Access::VERTEX_READ),
                             Access::BLEND.and(Access::COMPUTE),
@@ -338,7 +353,7 @@ impl Renderer {
                         r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
                     })?;
                     recorder.pass("draw beams", |r| {
-                        beams.record_draw(r, scene, *batch, light_map);
+                        beams.record_draw(r, scene, *batch, light_map, index == 0);
                         r.barrier(
                             Access::BLEND.and(Access::VERTEX_READ),
                             Access::BLEND.and(Access::COMPUTE),

@@ -79,11 +79,13 @@ impl Points {
         recorder: &mut Recorder,
         scene: &DeviceScene,
         batch: (u32, u32),
-        map: &Image,
+        light_map: &Image,
+        clear: bool,
     ) {
         let push = PointsDrawPush {
-            atlas_size: Vec2::new(map.width as f32, map.height as f32),
+            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        recorder.draw(&self.draw, map, &push, batch.1 * scene.tiles.len() as u32);
+        let points = batch.1 * scene.tiles.len() as u32;
+        recorder.draw(&self.draw, light_map, clear, &push, points);
     }
 }

@@ -23,11 +23,17 @@ impl Splat {
         Ok(Self { pipeline })
     }
 
-    pub fn record(&self, recorder: &mut Recorder, project: &Project, light_map: &Image) {
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        project: &Project,
+        light_map: &Image,
+        clear: bool,
+    ) {
         let push = SplatPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
         let (quads, arguments) = (&project.quads, &project.arguments);
-        recorder.draw_indexed_indirect(&self.pipeline, light_map, &push, quads, arguments);
+        recorder.draw_indexed_indirect(&self.pipeline, light_map, clear, &push, quads, arguments);
     }
 }
