@@ -191,7 +191,7 @@ fn what_cannot_work_is_refused_before_the_work() {
     let file = folder.path().join("file");
     std::fs::write(&file, "no folder").unwrap();
     refuses(
-        &mut chart(&cache, &[mirror.clone()], &file.join("chart")),
+        &mut chart(&cache, std::slice::from_ref(&mirror), &file.join("chart")),
         2,
         &["chart: cannot be written"],
     );
