@@ -6,9 +6,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use nephroid::gpu::{Context, ContextOptions};
 use nephroid::image_file::check_writable;
 use nephroid::measure::chart::{Chart, Peer, SceneChart, read_peers, write};
-use nephroid::measure::sweep::{Plan, Subject, sweep};
+use nephroid::measure::sweep::{Plan, Step, Subject, sweep};
 use nephroid::reference::{Options, cached_caustic};
-use nephroid::scene::{MaterialKind, Scene};
+use nephroid::scene::{MaterialKind, Object, Scene};
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,7 +43,7 @@ pub struct Arguments {
 /// Where the scenes lie that come with nephroid, in its source tree.
 const SHIPPED: &str = "assets/scenes";
 
-struct Subscene {
+struct ChartedScene {
     name: String,
     scene: Scene,
     receiver: usize,
@@ -116,17 +116,17 @@ const REFERENCE_SHARE: f64 = 0.4;
 
 fn measure(
     context: &Arc<Context>,
-    subscene: &Subscene,
+    charted: &ChartedScene,
     plan: &Plan,
     bar: &ProgressBar,
     index: usize,
     cancel: &AtomicBool,
 ) -> Result<Vec<SceneChart>> {
-    let Subscene {
+    let ChartedScene {
         name,
         scene,
         receiver,
-    } = subscene;
+    } = charted;
     let show = |fraction: f64, message: String| {
         bar.set_position((BAR * (index as f64 + fraction)) as u64);
         bar.set_message(format!("{name}: {message}"));
@@ -150,7 +150,7 @@ fn measure(
         receiver: *receiver,
         reference: &reference,
     };
-    let mut progress = |step: &nephroid::measure::sweep::Step| {
+    let mut progress = |step: &Step| {
         let fraction = REFERENCE_SHARE + (1.0 - REFERENCE_SHARE) * step.fraction;
         let [width, height] = step.texels;
         show(
@@ -162,13 +162,13 @@ fn measure(
 }
 
 /// The scenes asked for, or the shipped ones that have a caustic.
-fn load_scenes(arguments: &Arguments) -> Result<Vec<Subscene>> {
+fn load_scenes(arguments: &Arguments) -> Result<Vec<ChartedScene>> {
     let shipped = arguments.scenes.is_empty();
     let files = match shipped {
         true => shipped_scenes()?,
         false => arguments.scenes.clone(),
     };
-    let mut scenes: Vec<Subscene> = Vec::new();
+    let mut scenes: Vec<ChartedScene> = Vec::new();
     for file in &files {
         let scene = load_scene(file)?;
         if shipped && !has_caustic(&scene) {
@@ -183,7 +183,7 @@ fn load_scenes(arguments: &Arguments) -> Result<Vec<Subscene>> {
             });
         }
         let receiver = find_receiver(file, &scene, arguments.receiver.as_deref())?;
-        scenes.push(Subscene {
+        scenes.push(ChartedScene {
             name,
             scene,
             receiver,
@@ -209,7 +209,7 @@ fn shipped_scenes() -> Result<Vec<PathBuf>> {
 }
 
 fn has_caustic(scene: &Scene) -> bool {
-    let is_mirror = |object: &nephroid::scene::Object| {
+    let is_mirror = |object: &Object| {
         let kind = &scene.materials[object.material].kind;
         matches!(kind, MaterialKind::Mirror { .. })
     };

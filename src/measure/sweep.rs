@@ -99,9 +99,9 @@ impl Plan {
     fn ladder(&self, method: Method, side: u32, [width, height]: [u32; 2]) -> Vec<u32> {
         let texels = u64::from(width) * u64::from(height);
         let (most, suit) = match method {
-            Method::Pinhole => (self.most_pinhole_patches, 0..u64::MAX),
-            Method::Points => (self.most_points, texels..64 * texels),
-            _ => (self.most_patches, texels / 16..4 * texels),
+            Method::Pinhole => (self.most_pinhole_patches, 0..=u64::MAX),
+            Method::Points => (self.most_points, texels..=256 * texels),
+            _ => (self.most_patches, texels / 16..=16 * texels),
         };
         std::iter::successors(Some(256u32), |samples| samples.checked_mul(self.step))
             .take_while(|&samples| samples <= most)
@@ -252,14 +252,8 @@ pub fn sweep(
         .collect();
     let mut left_out = Vec::new();
     curves.retain(|curve| {
-        let missing = missing_light(scene, curve.settings.method);
-        let nothing = missing == Some(Missing::All);
-        if nothing {
-            left_out.push(format!(
-                "{} is left out: it throws no light from environments.",
-                curve.label
-            ));
-        }
+        let nothing = missing_light(scene, curve.settings.method) == Some(Missing::All);
+        left_out.extend(nothing.then_some(curve.label));
         !nothing
     });
     let settings = |plan: &Plan, curves: &[Curve], side| -> Vec<(usize, u32)> {
@@ -315,10 +309,7 @@ pub fn sweep(
             });
         }
         let strips = strips(&curves, &measured, &truth);
-        let verdicts = (curves.iter().zip(&measured))
-            .map(|(curve, measured)| verdict(curve, measured, &truth, scene_lacks(&scene, curve)))
-            .chain(left_out.iter().cloned())
-            .collect();
+        let verdicts = verdicts(&curves, &measured, &truth, &scene, &left_out);
         let series: Vec<Series> = (curves.iter().zip(measured))
             .filter(|(_, measured)| !measured.is_empty())
             .map(|(curve, measured)| Series {
@@ -362,10 +353,6 @@ fn missing_light(scene: &Scene, method: Method) -> Option<Missing> {
         (_, 0, _) => Some(Missing::All),
         _ => Some(Missing::Environment),
     }
-}
-
-fn scene_lacks(scene: &Scene, curve: &Curve) -> bool {
-    missing_light(scene, curve.settings.method).is_some()
 }
 
 /// The scene with one light map only.
@@ -570,17 +557,46 @@ fn white(map: &RgbImage) -> f64 {
     f64::from(values[(values.len() - 1) * 99 / 100])
 }
 
-/// Whether a curve falls below [`GOOD`], and if not, why.
-fn verdict(curve: &Curve, measured: &[Measured], truth: &Truth, lacks_light: bool) -> String {
+/// What the curves say, in words, and which there are not.
+fn verdicts(
+    curves: &[Curve],
+    measured: &[Vec<Measured>],
+    truth: &Truth,
+    scene: &Scene,
+    dark: &[&str],
+) -> Vec<String> {
+    let (mut verdicts, mut slow) = (Vec::new(), Vec::new());
+    for (curve, measured) in curves.iter().zip(measured) {
+        let lacks_light = missing_light(scene, curve.settings.method).is_some();
+        match verdict(curve, measured, truth, lacks_light) {
+            Some(verdict) => verdicts.push(verdict),
+            None => slow.push(curve.label),
+        }
+    }
+    let why_slow = format!("a frame took more than {SLOW} s with a smaller light map");
+    for (labels, why) in [
+        (slow.as_slice(), why_slow.as_str()),
+        (dark, "they throw no light from environments"),
+    ] {
+        if !labels.is_empty() {
+            verdicts.push(format!("Left out, as {why}: {}.", labels.join("; ")));
+        }
+    }
+    verdicts
+}
+
+/// Whether a curve falls below [`GOOD`], and if not, why; `None` without points.
+fn verdict(
+    curve: &Curve,
+    measured: &[Measured],
+    truth: &Truth,
+    lacks_light: bool,
+) -> Option<String> {
     let label = curve.label;
     let percent = |value: f64| format!("{} %", figure(100.0 * value));
     let goal = 100.0 * GOOD;
     let best = (measured.iter().map(|m| &m.point)).min_by(|a, b| a.l1.total_cmp(&b.l1));
-    let Some(best) = best else {
-        return format!(
-            "{label} is left out: a frame took more than {SLOW} s with a smaller light map."
-        );
-    };
+    let best = best?;
     let best_is = format!(
         "{} with {} samples in {} ms",
         percent(best.l1),
@@ -588,7 +604,7 @@ fn verdict(curve: &Curve, measured: &[Measured], truth: &Truth, lacks_light: boo
         figure(1e3 * best.wall.median)
     );
     if best.l1 < GOOD {
-        return format!("{label} falls below {goal} %: {best_is}.");
+        return Some(format!("{label} falls below {goal} %: {best_is}."));
     }
     let reason = if !best.above_floor {
         format!("the reference is good to {} only", percent(truth.error))
@@ -601,7 +617,9 @@ fn verdict(curve: &Curve, measured: &[Measured], truth: &Truth, lacks_light: boo
         true => format!("; finer settings take more than {SLOW} s a frame"),
         false => String::new(),
     };
-    format!("{label} does not fall below {goal} %, only to {best_is}: {reason}{slow}.")
+    Some(format!(
+        "{label} does not fall below {goal} %, only to {best_is}: {reason}{slow}."
+    ))
 }
 
 #[cfg(test)]
@@ -630,7 +648,10 @@ mod tests {
         let plan = Plan::full();
         let ladder = |method, side| plan.ladder(method, side, [side, side]);
         assert_eq!(ladder(Method::Pinhole, 64), [256, 1024, 4096]);
-        assert_eq!(ladder(Method::Footprint, 64), [256, 1024, 4096]);
+        assert_eq!(
+            ladder(Method::Footprint, 64),
+            [256, 1024, 4096, 16384, 65536]
+        );
         assert_eq!(
             ladder(Method::Footprint, 256),
             [256, 1024, 4096, 16384, 65536, 262144, 1048576]
