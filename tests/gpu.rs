@@ -8,15 +8,15 @@ use nephroid::Error;
 use nephroid::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Sampling, shaders};
 use std::sync::Arc;
 
-/// A pipeline of compact.comp over 64 pairs with one footprint each, of which only `order` lives
+/// A pipeline of compact.comp over 64 pairs with one footprint each, of which only `quads` lives
 /// on elsewhere.
-fn compact(context: &Arc<Context>, order: &Buffer) -> Pipeline {
+fn compact(context: &Arc<Context>, quads: &Buffer) -> Pipeline {
     let buffer = |name, words| Buffer::with_data(context, name, &vec![1u32; words]).unwrap();
     let resources = [
         ("counts", Resource::Buffer(&buffer("counts", 64))),
         ("group_counts", Resource::Buffer(&buffer("groups", 2))),
-        ("order", Resource::Buffer(order)),
-        ("arguments", Resource::Buffer(&buffer("arguments", 6))),
+        ("quads", Resource::Buffer(quads)),
+        ("arguments", Resource::Buffer(&buffer("arguments", 7))),
         ("receivers", Resource::Buffer(&buffer("receivers", 16))),
         ("coarse", Resource::Buffer(&buffer("coarse", 1))),
         ("steps", Resource::Buffer(&buffer("steps", 15))),
@@ -24,33 +24,34 @@ fn compact(context: &Arc<Context>, order: &Buffer) -> Pipeline {
     Pipeline::compute(context, &shaders::COMPACT_COMP, &resources).unwrap()
 }
 
-fn order(context: &Arc<Context>) -> Buffer {
-    Buffer::with_data(context, "order", &[u32::MAX; 64]).unwrap()
+fn quads(context: &Arc<Context>) -> Buffer {
+    Buffer::with_data(context, "quads", &[u32::MAX; 6 * 64]).unwrap()
 }
 
-/// compact.comp lists slot 2 i of pair i. Buffers that were dropped would be reused and garbled,
+/// compact.comp lists the quad of slot 2 i of pair i. Buffers that were dropped would be reused and garbled,
 /// and the layers would say so.
 #[test]
 fn pipelines_keep_what_is_bound_to_them() {
     let device = Device::open();
-    let order = order(&device.0);
-    let pipeline = compact(&device.0, &order);
+    let quads = quads(&device.0);
+    let pipeline = compact(&device.0, &quads);
     for _ in 0..8 {
         Buffer::with_data(&device.0, "in the way", &[7u32; 64]).unwrap();
     }
     let mut recorder = Recorder::new(&device.0).unwrap();
     recorder.dispatch(&pipeline, &[64u32, 1], [64, 1, 1]);
     recorder.submit().unwrap();
-    let expected: Vec<u32> = (0..64).map(|pair| 2 * pair).collect();
-    assert_eq!(order.read::<u32>(64).unwrap(), expected);
+    let corners = |slot: u32| [0, 1, 2, 2, 1, 3].map(|corner| 4 * slot + corner);
+    let expected: Vec<u32> = (0..64).flat_map(|pair| corners(2 * pair)).collect();
+    assert_eq!(quads.read::<u32>(6 * 64).unwrap(), expected);
 }
 
 /// More groups than any device takes along y: nothing runs, and the recorder goes on.
 #[test]
 fn a_dispatch_beyond_the_limit_is_an_error() {
     let device = Device::open();
-    let order = order(&device.0);
-    let pipeline = compact(&device.0, &order);
+    let quads = quads(&device.0);
+    let pipeline = compact(&device.0, &quads);
     let push = [64u32, 1]; // pairs, receivers
     let mut recorder = Recorder::new(&device.0).unwrap();
     recorder
@@ -64,14 +65,14 @@ fn a_dispatch_beyond_the_limit_is_an_error() {
     for part in ["compact.comp", "4294967295 workgroups", "remedy"] {
         assert!(error.to_string().contains(part), "{error}");
     }
-    assert_eq!(order.read::<u32>(64).unwrap(), [u32::MAX; 64]);
+    assert_eq!(quads.read::<u32>(6 * 64).unwrap(), [u32::MAX; 6 * 64]);
     assert!(recorder.take_times().is_empty());
 
     recorder
         .pass("enough", |r| r.dispatch(&pipeline, &push, [64, 1, 1]))
         .unwrap();
     recorder.submit().unwrap();
-    assert_eq!(order.read::<u32>(64).unwrap()[63], 126);
+    assert_eq!(quads.read::<u32>(6 * 64).unwrap()[6 * 63], 4 * 126);
     let names: Vec<_> = recorder.take_times().iter().map(|t| t.name).collect();
     assert_eq!(names, ["enough"]);
 }
@@ -154,14 +155,15 @@ fn small_image(device: &Device) -> Image {
 fn the_whole_of_an_image_or_buffer_can_be_read() {
     let device = Device::open();
     assert_eq!(small_image(&device).read([0, 0], [4, 2]).unwrap().len(), 8);
-    assert_eq!(order(&device.0).read::<u32>(64).unwrap().len(), 64);
+    let quads = quads(&device.0);
+    assert_eq!(quads.read::<u32>(6 * 64).unwrap().len(), 6 * 64);
 }
 
 #[test]
-#[should_panic(expected = "65 elements of 4 bytes are read from a buffer of 256")]
+#[should_panic(expected = "385 elements of 4 bytes are read from a buffer of 1536")]
 fn reading_beyond_a_buffer_panics() {
     let device = Device::open();
-    let _ = order(&device.0).read::<u32>(65);
+    let _ = quads(&device.0).read::<u32>(6 * 64 + 1);
 }
 
 #[test]

@@ -77,7 +77,7 @@ fn reading_beyond_a_buffer_is_caught() {
             let resources = [
                 ("counts", Resource::Buffer(&four_counts)),
                 ("group_counts", Resource::Buffer(&buffer(context, "groups"))),
-                ("order", Resource::Buffer(&buffer(context, "order"))),
+                ("quads", Resource::Buffer(&buffer(context, "quads"))),
                 ("arguments", Resource::Buffer(&buffer(context, "arguments"))),
                 ("receivers", Resource::Buffer(&buffer(context, "receivers"))),
                 ("coarse", Resource::Buffer(&buffer(context, "coarse"))),
