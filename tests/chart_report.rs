@@ -6,8 +6,9 @@ use headless_chrome::protocol::cdp::types::Event;
 use headless_chrome::{Browser, LaunchOptions, Tab};
 use nephroid::Error;
 use nephroid::image_file::RgbImage;
+use nephroid::measure::Spread;
 use nephroid::measure::chart::{
-    Chart, DeviceKind, Peer, Picture, Point, SCHEMA, SceneChart, Series, Strip, Thumbnail, Time,
+    Chart, DeviceKind, Peer, Picture, Point, SCHEMA, SceneChart, Series, Strip, Thumbnail,
     read_peers, write,
 };
 use std::path::{Path, PathBuf};
@@ -46,12 +47,12 @@ fn series(index: usize, floor: f64) -> Series {
                 l1: l1.hypot(floor),
                 l2: 1.7 * l1 + 1.0 / 3.0,
                 energy_ratio: 1.0 + l1 / 30.0,
-                wall: Time {
+                wall: Spread {
                     median,
                     p05: 0.93 * median,
                     p95: 1.3 * median,
                 },
-                gpu: index.is_multiple_of(2).then_some(Time {
+                gpu: index.is_multiple_of(2).then_some(Spread {
                     median: 0.8 * median,
                     p05: 0.7 * median,
                     p95: 0.9 * median,

@@ -1,7 +1,7 @@
 //! Frame times, pass by pass.
 
 use crate::gpu::PassTime;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What one pass costs, over many frames.
 #[derive(Debug, Clone, Serialize)]
@@ -16,10 +16,11 @@ pub struct PassProfile {
     pub share: f64,
 }
 
-/// Median and 95th percentile.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// Median, 5th and 95th percentile of repeated measurements.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     pub median: f64,
+    pub p05: f64,
     pub p95: f64,
 }
 
@@ -33,13 +34,14 @@ impl Spread {
         sorted.sort_by(f64::total_cmp);
         Self {
             median: quantile(&sorted, 0.5),
+            p05: quantile(&sorted, 0.05),
             p95: quantile(&sorted, 0.95),
         }
     }
 }
 
 /// The sample of nearest rank, `q` from 0 to 1; `sorted` rises and is not empty.
-pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
+fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted[(q * (sorted.len() - 1) as f64).round() as usize]
 }
 
@@ -104,14 +106,16 @@ mod tests {
         };
         let rows = profile(&[frame(1.0), frame(2.0), frame(9.0)]);
         assert_eq!(rows.len(), 2);
-        assert_eq!(
-            rows[1].wall,
-            Spread {
-                median: 3.0,
-                p95: 10.0
-            }
-        );
+        let wall = rows[1].wall;
+        assert_eq!((wall.p05, wall.median, wall.p95), (2.0, 3.0, 10.0));
         assert_eq!(rows[0].share, 0.25);
         assert!(rows[0].gpu.is_none());
+    }
+
+    #[test]
+    fn percentiles() {
+        let samples: Vec<f64> = (0..=100).rev().map(f64::from).collect();
+        let spread = Spread::of(&samples);
+        assert_eq!((spread.p05, spread.median, spread.p95), (5.0, 50.0, 95.0));
     }
 }

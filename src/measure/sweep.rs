@@ -3,8 +3,8 @@
 //! Light maps of one size share a plot, as an error says little about another size: coarse texels
 //! are easier to get right. Only the light map of the receiver in question is rendered.
 
-use super::chart::{Picture, Point, SceneChart, Series, Strip, Thumbnail, Time, figure};
-use super::compare;
+use super::chart::{Picture, Point, SceneChart, Series, Strip, Thumbnail, figure};
+use super::{Spread, compare};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::image_file::RgbImage;
@@ -16,18 +16,22 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A setting with slower frames is measured once, s.
+/// A setting with slower frames is measured once, and nothing finer, s.
 const SLOW: f64 = 1.0;
-/// As many times that, and the frame is not even repeated to leave out what drivers put off.
-const VERY_SLOW: f64 = 10.0;
+/// The same for `points`, the baseline, so that it comes as far as what it is compared with.
+const SLOW_POINTS: f64 = 4.0;
 /// Frames of other settings.
-const FRAMES: [f64; 2] = [5.0, 50.0];
+const FRAMES: [f64; 2] = [3.0, 50.0];
 /// Times at which methods are shown side by side, s.
 const STRIP_TIMES: [f64; 3] = [0.002, 0.008, 0.03];
 /// Larger side of a thumbnail, texels.
 const THUMBNAIL: u32 = 128;
 /// What every curve should fall below, relative.
 const GOOD: f64 = 0.01;
+/// A finer setting of a curve has more than this share of the error before where samples help no more.
+const STUCK: f64 = 0.7;
+/// Methods are compared by their times to this error, relative.
+const EQUAL: f64 = 0.025;
 
 /// Which settings are measured, and how long.
 #[derive(Debug, Clone)]
@@ -60,8 +64,8 @@ impl Plan {
             most_patches: 1 << 20,
             most_points: 1 << 24,
             most_pinhole_patches: 4096,
-            seconds: 0.5,
-            reference_error: 0.0125,
+            seconds: 0.3,
+            reference_error: 0.015,
         }
     }
 
@@ -81,7 +85,16 @@ impl Plan {
 
     /// Texels of the reference: the largest light map.
     pub fn reference_texels(&self, scene: &Scene, receiver: usize) -> [u32; 2] {
-        self.texels(scene, receiver, self.sides[self.sides.len() - 1])
+        let largest = self.sides_for(scene, receiver).max();
+        self.texels(scene, receiver, largest.unwrap_or(self.main_side))
+    }
+
+    /// Those of [`Plan::sides`] that a scene is worth: finer texels than a quarter of its own show
+    /// nothing more and take the reference long.
+    fn sides_for(&self, scene: &Scene, receiver: usize) -> impl Iterator<Item = u32> {
+        let [width, height] = scene.objects[receiver].light_map.expect("a receiver");
+        let most = self.main_side.max(4 * width.max(height));
+        self.sides.iter().copied().filter(move |&side| side <= most)
     }
 
     /// About in the proportion of the scene file, and divisible down to the smallest light map.
@@ -100,7 +113,7 @@ impl Plan {
         let texels = u64::from(width) * u64::from(height);
         let (most, suit) = match method {
             Method::Pinhole => (self.most_pinhole_patches, 0..=u64::MAX),
-            Method::Points => (self.most_points, texels..=256 * texels),
+            Method::Points => (self.most_points, texels..=4 * u64::from(self.most_patches)),
             _ => (self.most_patches, texels / 16..=16 * texels),
         };
         std::iter::successors(Some(256u32), |samples| samples.checked_mul(self.step))
@@ -135,33 +148,47 @@ pub struct Step<'a> {
 struct Curve {
     label: &'static str,
     settings: Settings,
-    /// Why the curve may end above [`GOOD`].
-    reason: &'static str,
+    /// Why more samples may not bring it below [`GOOD`].
+    floor: &'static str,
+    /// Frames that take longer end the curve, s.
+    slow_frame: f64,
+    /// Whether one light map, [`Plan::main_side`], says all.
+    main_only: bool,
     /// Samples and texels of frames slower than [`SLOW`].
     slow: Vec<[u64; 2]>,
 }
 
 fn curves(method: Method) -> Vec<Curve> {
-    let curve = |label, reason| Curve {
+    let curve = |label, floor| Curve {
         label,
         settings: Settings {
             method,
             ..Settings::default()
         },
-        reason,
+        floor,
+        slow_frame: SLOW,
+        main_only: false,
         slow: Vec::new(),
     };
     match method {
         Method::Footprint => vec![curve(
             "footprint",
-            "it needs more patches, or a finer mesh; a shadow's edge is as rough as the patches",
+            "no footprint is narrower than a texel, so edges are blurred by as much; then the mesh is \
+             too coarse",
         )],
-        Method::Points => vec![curve("points", "noise: it needs more points a texel")],
+        Method::Points => vec![Curve {
+            slow_frame: SLOW_POINTS,
+            ..curve(
+                "points",
+                "noise, which falls with the number of points alone",
+            )
+        }],
         Method::Beams => [("beams", Area::True), ("beams, product", Area::Product)]
             .into_iter()
             .map(|(label, area)| {
                 let mut curve = curve(label, beams_reason(area));
                 curve.settings.area = area;
+                curve.main_only = area == Area::Product;
                 curve
             })
             .collect(),
@@ -259,17 +286,18 @@ pub fn sweep(
     let settings = |plan: &Plan, curves: &[Curve], side| -> Vec<(usize, u32)> {
         let texels = plan.texels(scene, receiver, side);
         (curves.iter().enumerate())
+            .filter(|(_, curve)| side == plan.main_side || !curve.main_only)
             .flat_map(|(index, curve)| {
                 let ladder = plan.ladder(curve.settings.method, side, texels);
                 ladder.into_iter().map(move |samples| (index, samples))
             })
             .collect()
     };
-    let total: usize = (plan.sides.iter())
-        .map(|&side| settings(plan, &curves, side).len())
+    let total: usize = (plan.sides_for(scene, receiver))
+        .map(|side| settings(plan, &curves, side).len())
         .sum();
     let (mut done, mut charts) = (0, Vec::new());
-    for &side in &plan.sides {
+    for side in plan.sides_for(scene, receiver) {
         let texels = plan.texels(scene, receiver, side);
         let truth = Truth::new(reference, texels);
         let scene = with_light_map(scene, receiver, texels);
@@ -298,7 +326,7 @@ pub fn sweep(
                 continue;
             }
             let timing = time_frames(&mut renderer, plan.seconds, cancel)?;
-            if timing.wall.median > SLOW {
+            if timing.wall.median > curve.slow_frame {
                 curve.slow.push([samples.into(), area]);
             }
             let map = renderer.read_caustic(receiver)?;
@@ -430,8 +458,8 @@ impl Truth {
 }
 
 struct Timing {
-    wall: Time,
-    gpu: Option<Time>,
+    wall: Spread,
+    gpu: Option<Spread>,
     frames: usize,
 }
 
@@ -453,25 +481,20 @@ fn time_frames(renderer: &mut Renderer, seconds: f64, cancel: &AtomicBool) -> Re
         times
             .filter(|times| times.iter().all(|&time| time > 0.0))
             .filter(|times| !times.is_empty())
-            .map(|times| Time::of(&times))
-    };
-    let once = |wall, gpu| Timing {
-        wall: Time::of(&[wall]),
-        gpu: gpu_time(vec![gpu]),
-        frames: 1,
+            .map(|times| Spread::of(&times))
     };
     // Pass by pass, to know how many a frame has. This frame also pays for what drivers put off.
     renderer.wait_each_pass(true);
     let (first, gpu, passes) = frame(renderer)?;
     renderer.wait_each_pass(false);
-    if first > VERY_SLOW * SLOW {
-        return Ok(once(first, gpu));
+    if first > SLOW {
+        return Ok(Timing {
+            wall: Spread::of(&[first]),
+            gpu: gpu_time(vec![gpu]),
+            frames: 1,
+        });
     }
-    let (second, gpu, _) = frame(renderer)?;
-    if second > SLOW {
-        return Ok(once(second, gpu));
-    }
-    let frames = (seconds / second).clamp(FRAMES[0], FRAMES[1]) as usize;
+    let frames = (seconds / first).clamp(FRAMES[0], FRAMES[1]) as usize;
     let (mut walls, mut gpus) = (Vec::new(), Vec::new());
     for _ in 0..frames {
         let (wall, gpu, passes_seen) = frame(renderer)?;
@@ -481,13 +504,11 @@ fn time_frames(renderer: &mut Renderer, seconds: f64, cancel: &AtomicBool) -> Re
     }
     if gpus.is_empty() {
         renderer.wait_each_pass(true);
-        for _ in 0..FRAMES[0] as usize {
-            gpus.push(frame(renderer)?.1);
-        }
+        gpus.push(frame(renderer)?.1);
         renderer.wait_each_pass(false);
     }
     Ok(Timing {
-        wall: Time::of(&walls),
+        wall: Spread::of(&walls),
         gpu: gpu_time(gpus),
         frames,
     })
@@ -557,6 +578,43 @@ fn white(map: &RgbImage) -> f64 {
     f64::from(values[(values.len() - 1) * 99 / 100])
 }
 
+/// Seconds to an error of `goal`, between measurements of (seconds, error) that become finer.
+fn time_to(goal: f64, measured: &[[f64; 2]]) -> Option<f64> {
+    let reached = measured.iter().position(|&[_, error]| error <= goal)?;
+    let [[slow, fine], [fast, coarse]] =
+        [reached, reached.saturating_sub(1)].map(|index| measured[index].map(f64::ln));
+    let share = if fine < coarse {
+        (coarse - goal.ln()) / (coarse - fine)
+    } else {
+        1.0 // the first one is good enough
+    };
+    Some((fast + share * (slow - fast)).exp())
+}
+
+/// How long the curves take to an error of [`EQUAL`], beside the first.
+fn at_equal_error(curves: &[Curve], measured: &[Vec<Measured>]) -> Option<String> {
+    let of = |measured: &[Measured]| -> Vec<[f64; 2]> {
+        let points = measured.iter().map(|m| &m.point);
+        points.map(|point| [point.wall.median, point.l1]).collect()
+    };
+    let base = time_to(EQUAL, &of(measured.first()?))?;
+    let times = (curves.iter().zip(measured)).filter_map(|(curve, measured)| {
+        let measured = of(measured);
+        let &[longest, _] = measured.last()?;
+        let (not, seconds) = match time_to(EQUAL, &measured) {
+            Some(seconds) => ("", seconds),
+            None => ("not in ", longest),
+        };
+        let [ms, ratio] = [1e3 * seconds, seconds / base].map(figure);
+        Some(format!("{} {not}{ms} ms ({ratio} ×)", curve.label))
+    });
+    Some(format!(
+        "Time to an L1 of {} %, and its ratio to the first: {}.",
+        100.0 * EQUAL,
+        times.collect::<Vec<_>>().join("; ")
+    ))
+}
+
 /// What the curves say, in words, and which there are not.
 fn verdicts(
     curves: &[Curve],
@@ -565,17 +623,19 @@ fn verdicts(
     scene: &Scene,
     dark: &[&str],
 ) -> Vec<String> {
-    let (mut verdicts, mut slow) = (Vec::new(), Vec::new());
+    let mut verdicts: Vec<String> = at_equal_error(curves, measured).into_iter().collect();
+    let mut slow = Vec::new();
     for (curve, measured) in curves.iter().zip(measured) {
         let lacks_light = missing_light(scene, curve.settings.method).is_some();
         match verdict(curve, measured, truth, lacks_light) {
             Some(verdict) => verdicts.push(verdict),
-            None => slow.push(curve.label),
+            None if !curve.main_only => slow.push(curve.label),
+            None => {}
         }
     }
-    let why_slow = format!("a frame took more than {SLOW} s with a smaller light map");
+    let why_slow = "a frame took too long with a smaller light map";
     for (labels, why) in [
-        (slow.as_slice(), why_slow.as_str()),
+        (slow.as_slice(), why_slow),
         (dark, "they throw no light from environments"),
     ] {
         if !labels.is_empty() {
@@ -606,15 +666,25 @@ fn verdict(
     if best.l1 < GOOD {
         return Some(format!("{label} falls below {goal} %: {best_is}."));
     }
+    // Four times the samples that win less than this say that samples are not what it lacks.
+    let stuck = match measured {
+        [.., coarse, fine] => fine.point.l1 > STUCK * coarse.point.l1,
+        _ => curve.settings.method != Method::Points,
+    };
     let reason = if !best.above_floor {
         format!("the reference is good to {} only", percent(truth.error))
     } else if lacks_light {
         "it throws no light from environments".into()
+    } else if stuck {
+        curve.floor.into()
     } else {
-        curve.reason.into()
+        "it needs more samples".into()
     };
-    let slow = match best.wall.median > SLOW || !curve.slow.is_empty() {
-        true => format!("; finer settings take more than {SLOW} s a frame"),
+    let slow = match best.wall.median > curve.slow_frame || !curve.slow.is_empty() {
+        true => format!(
+            "; finer settings take more than {} s a frame",
+            curve.slow_frame
+        ),
         false => String::new(),
     };
     Some(format!(
@@ -636,7 +706,7 @@ mod tests {
         let wall = scene.object_index("wall").unwrap();
         let [width, height] = plan.reference_texels(&scene, wall);
         assert_eq!((width, height), (1024, 7 * 16));
-        for &side in &plan.sides {
+        for side in plan.sides_for(&scene, wall) {
             let factor = 1024 / side;
             let texels = plan.texels(&scene, wall, side);
             assert_eq!(texels, [width / factor, height / factor]);
@@ -656,7 +726,7 @@ mod tests {
             ladder(Method::Footprint, 256),
             [256, 1024, 4096, 16384, 65536, 262144, 1048576]
         );
-        assert_eq!(ladder(Method::Points, 1024), [1 << 20, 1 << 22, 1 << 24]);
+        assert_eq!(ladder(Method::Points, 1024), [1 << 20, 1 << 22]);
         assert_eq!(
             Plan::quick().ladder(Method::Footprint, 64, [64, 64]),
             [256, 4096]
@@ -669,6 +739,20 @@ mod tests {
         curve.slow.push([1000, 64]);
         assert!(curve.is_too_slow(1000, 64) && curve.is_too_slow(4000, 256));
         assert!(!curve.is_too_slow(999, 256) && !curve.is_too_slow(4000, 63));
+    }
+
+    #[test]
+    fn times_are_interpolated() {
+        let near =
+            |time: Option<f64>, expected: f64| (time.unwrap() / expected - 1.0).abs() < 1e-12;
+        // Ten times the time, a hundredth of the error.
+        let measured = [[1.0, 1.0], [10.0, 0.01], [100.0, 0.02]];
+        assert!(near(time_to(1.0, &measured), 1.0));
+        assert!(near(time_to(0.1, &measured), 10f64.sqrt()));
+        assert!(near(time_to(0.01, &measured), 10.0));
+        assert!(near(time_to(5.0, &measured), 1.0));
+        assert_eq!(time_to(0.001, &measured), None);
+        assert_eq!(time_to(0.1, &[]), None);
     }
 
     #[test]

@@ -31,6 +31,10 @@ const MAX_PATCHES: usize = 1024;
 /// none is missed whose middle looks dark.
 const BY_AREA: f64 = 0.2;
 
+/// Blocks of texels along a side that choose patches alike: about as wide as [`NEAR`], within which
+/// the light of a patch changes little.
+const BLOCKS: u32 = 64;
+
 /// Texels between two reports of progress.
 const CHUNK: usize = 2048;
 
@@ -50,6 +54,9 @@ pub struct Gathering<'a> {
     patches: Vec<Patch<'a>>,
     /// m²
     area: f64,
+    /// How each block of `block`² texels chooses patches, row by row.
+    choices: Vec<Distribution>,
+    block: u32,
 }
 
 /// Neighbouring triangles.
@@ -75,12 +82,38 @@ impl<'a> Gathering<'a> {
             })
             .collect();
         let area = patches.iter().map(|patch| patch.by_area.total()).sum();
-        (!environments.is_empty() && !patches.is_empty()).then_some(Self {
+        if environments.is_empty() || patches.is_empty() {
+            return None;
+        }
+        let [width, height] = problem.receiver.size();
+        let block = width.max(height).div_ceil(BLOCKS);
+        let mut gathering = Self {
             problem,
             environments,
             patches,
             area,
-        })
+            choices: Vec::new(),
+            block,
+        };
+        let columns = width.div_ceil(block);
+        gathering.choices = (0..columns * height.div_ceil(block))
+            .into_par_iter()
+            .map(|index| {
+                let middle = |block_index: u32, side: u32| {
+                    (block_index * block + block / 2).min(side - 1) as usize
+                };
+                let row = middle(index / columns, height);
+                gathering.choice(row * width as usize + middle(index % columns, width))
+            })
+            .collect();
+        Some(gathering)
+    }
+
+    /// The choice of a texel's block.
+    fn choice_of(&self, texel: usize) -> &Distribution {
+        let [width, block] = [self.problem.receiver.size()[0], self.block].map(|n| n as usize);
+        let (column, row) = (texel % width / block, texel / width / block);
+        &self.choices[row * width.div_ceil(block) + column]
     }
 
     /// Pairs of points in [`Self::round`].
@@ -108,24 +141,21 @@ impl<'a> Gathering<'a> {
 
     fn texel(&self, texel: usize, points: u32, seed: u32) -> Moments {
         let mut moments = Moments::default();
-        let Some(choice) = self.choice(texel) else {
-            (0..REPLICATES).for_each(|_| moments.add([0.0; 3]));
-            return moments;
-        };
+        let choice = self.choice_of(texel);
         let texel_seed = split_mix(u64::from(seed) << 32 | texel as u64);
         for replicate in 0..REPLICATES {
             let seed = split_mix(texel_seed ^ u64::from(replicate)) as u32;
             let sum: DVec3 = (0..points)
-                .map(|index| self.pair(texel, &choice, sobol_4d(index, seed)))
+                .map(|index| self.pair(texel, choice, sobol_4d(index, seed)))
                 .sum();
             moments.add((sum / f64::from(points)).to_array());
         }
         moments
     }
 
-    /// How to choose patches for a texel: by the irradiance that its middle would get from the
+    /// How to choose patches near a texel: by the irradiance that its middle would get from the
     /// patch, if all of it were like its middle.
-    fn choice(&self, texel: usize) -> Option<Distribution> {
+    fn choice(&self, texel: usize) -> Distribution {
         let y = self.problem.receiver.point(texel, 0.5, 0.5);
         let mut weights: Vec<f64> = (self.patches.iter())
             .map(|patch| {
@@ -144,7 +174,7 @@ impl<'a> Gathering<'a> {
         for (weight, patch) in weights.iter_mut().zip(&self.patches) {
             *weight += base * patch.by_area.total() / self.area;
         }
-        Distribution::new(weights)
+        Distribution::new(weights).expect("every patch has an area")
     }
 
     /// The gathered share of L F V cosθ_x cosθ_y / d² over the density of x, W/m².

@@ -33,6 +33,11 @@ impl Receiver {
         self.rect.area()
     }
 
+    /// Width and height, texels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
     pub fn texels(&self) -> usize {
         self.size[0] as usize * self.size[1] as usize
     }

@@ -1,12 +1,13 @@
 //! What a measurement was made on.
 
 use nephroid::gpu::DeviceInfo;
+use nephroid::measure::machine;
 use std::process::Command;
 
 /// Beside every table of measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// UTC, ISO 8601.
+    /// UTC, ISO 8601, with the time.
     pub date: String,
     /// Of the source tree; with `-dirty` where something but the documents differs from it.
     pub commit: String,
@@ -22,12 +23,12 @@ impl Run {
         let changed = output("git", &["status", "--porcelain", "--", ".", ":!docs"]);
         let dirty = if changed.is_some() { "-dirty" } else { "" };
         Self {
-            date: output("date", &["-u", "+%F"]).unwrap_or("unknown".into()),
+            date: machine::date(),
             commit: output("git", &["rev-parse", "--short=10", "HEAD"])
                 .map_or("unknown".into(), |commit| commit + dirty),
             device: device.name.clone(),
             driver: device.driver.clone(),
-            cpu: cpu().unwrap_or("unknown".into()),
+            cpu: machine::cpu(),
         }
     }
 
@@ -48,11 +49,4 @@ fn output(program: &str, arguments: &[&str]) -> Option<String> {
     let output = Command::new(program).args(arguments).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?.trim().to_owned();
     (output.status.success() && !text.is_empty()).then_some(text)
-}
-
-/// Linux says it in a file.
-fn cpu() -> Option<String> {
-    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
-    let line = text.lines().find(|line| line.starts_with("model name"))?;
-    Some(line.split_once(':')?.1.trim().to_owned())
 }

@@ -1,7 +1,8 @@
 //! One row a point, SI units and relative errors; what a row does not have is left empty.
 
+use super::super::Spread;
 use super::figure::Front;
-use super::{Chart, Peer, Point, SceneChart, Series, Time};
+use super::{Chart, Peer, Point, SceneChart, Series};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -57,7 +58,7 @@ fn row<'a>(
     point: &'a Point,
     pareto: bool,
 ) -> Row<'a> {
-    let gpu = |part: fn(Time) -> f64| point.gpu.map(part);
+    let gpu = |part: fn(Spread) -> f64| point.gpu.map(part);
     Row {
         scene: &scene.scene,
         receiver: &scene.receiver,

@@ -1,11 +1,12 @@
 //! `chart.html`: one page that needs no network. Plots are plotly's, whose script is in the page.
 
+use super::super::Spread;
 use super::figure::{
     Axis, ERROR_TITLE, FLOOR_TITLE, FRONT_TITLE, Front, Legend, Marker, Style, TIME_TITLE, figure,
     heading, peer_groups, peer_label, peer_place, place, rounded,
 };
 use super::strip::DIVERGING;
-use super::{Chart, DeviceKind, Peer, Picture, Point, SceneChart, Strip, Time};
+use super::{Chart, DeviceKind, Peer, Picture, Point, SceneChart, Strip};
 use crate::image_file::encode_png;
 use plotly::color::Rgb;
 use plotly::common::{
@@ -146,7 +147,7 @@ fn plot(chart: &Chart, scene: &SceneChart, legend: &Legend) -> Plot {
     for (series, on_front) in scene.series.iter().zip(&front.points) {
         let style = legend.style(&series.label);
         let points = &series.points;
-        let spread = |part: fn(&Time) -> f64| -> Vec<f64> {
+        let spread = |part: fn(&Spread) -> f64| -> Vec<f64> {
             points.iter().map(|p| 1e3 * part(&p.wall)).collect()
         };
         let bars = ErrorData::new(ErrorType::Data)
@@ -318,7 +319,7 @@ fn open_symbol(marker: Marker) -> MarkerSymbol {
 }
 
 /// Median and percentiles, ms.
-fn milliseconds(time: &Time) -> String {
+fn milliseconds(time: &Spread) -> String {
     let [median, p05, p95] = [time.median, time.p05, time.p95].map(|t| figure(1e3 * t));
     format!("{median} ({p05}–{p95})")
 }

@@ -23,7 +23,7 @@ pub(super) use figure::figure;
 pub use peers::read_peers;
 pub use strip::{Picture, Strip, Thumbnail};
 
-use super::profile::quantile;
+use super::Spread;
 use crate::error::{Error, Result};
 use crate::image_file::write_atomically;
 use serde::{Deserialize, Serialize};
@@ -104,37 +104,13 @@ pub struct Point {
     /// ΣA / ΣB.
     pub energy_ratio: f64,
     /// Wall time of one update of the light map.
-    pub wall: Time,
+    pub wall: Spread,
     /// The same between the device's timestamps; `None` where it has none.
-    pub gpu: Option<Time>,
+    pub gpu: Option<Spread>,
     /// False where `l1` is not clearly more than the reference's own error, and so only a bound.
     pub above_floor: bool,
     /// What a reader should know besides.
     pub note: Option<String>,
-}
-
-/// Median, 5th and 95th percentile of repeated measurements, s.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Time {
-    pub median: f64,
-    pub p05: f64,
-    pub p95: f64,
-}
-
-impl Time {
-    /// Of at least one sample, s.
-    ///
-    /// # Panics
-    /// Without samples.
-    pub fn of(samples: &[f64]) -> Self {
-        let mut sorted = samples.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        Self {
-            median: quantile(&sorted, 0.5),
-            p05: quantile(&sorted, 0.05),
-            p95: quantile(&sorted, 0.95),
-        }
-    }
 }
 
 /// One measurement of another renderer, as its user reports it.
@@ -200,7 +176,7 @@ impl Chart {
             }
             for series in &scene.series {
                 for (index, point) in series.points.iter().enumerate() {
-                    let ordered = |time: &Time| {
+                    let ordered = |time: &Spread| {
                         positive(time.p05)
                             && time.p95.is_finite()
                             && time.p05 <= time.median
@@ -316,12 +292,5 @@ mod tests {
             assert!(message.contains("point 1"), "{message}");
             assert!(pareto(&[[1.0, bad]]).is_err());
         }
-    }
-
-    #[test]
-    fn percentiles_of_times() {
-        let samples: Vec<f64> = (0..=100).rev().map(f64::from).collect();
-        let time = Time::of(&samples);
-        assert_eq!((time.p05, time.median, time.p95), (5.0, 50.0, 95.0));
     }
 }
