@@ -11,12 +11,13 @@ layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
 layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
-layout(std430, binding = 6) writeonly buffer Beams { Beam beams[]; }; // receiver_count a pair
+layout(std430, binding = 6) writeonly buffer Beams { Beam beams[]; }; // lobes receiver_count a pair
 layout(push_constant) uniform BeamsPush {
     uint first_pair;     // of this batch; a pair is light * patch_count + patch
     uint pair_count;     // in this batch
     uint patch_count;
     uint receiver_count;
+    uint lobes;          // 1: mirrored light; 2: and refracted light
     uint trace;          // 0: nothing can block
     uint product;        // 1: area as the product of two lengths
 } push;
@@ -65,8 +66,8 @@ float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
     return length(dx) * length(dy) / (2.0 * patch_.area * abs(determinant));
 }
 
-// The light of `flux` in W that `patch_` throws on a receiver.
-Beam beam_of(Patch patch_, Sun sun, vec3 flux, Receiver receiver) {
+// The light of `flux` in W that `patch_` throws on a receiver: mirrored for ratio 0, else refracted.
+Beam beam_of(Patch patch_, Sun sun, vec3 flux, float ratio, Receiver receiver) {
     vec3 m = receiver.normal;
     // A patch may touch the receiver, its centroid must be before it.
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return NONE;
@@ -75,7 +76,7 @@ Beam beam_of(Patch patch_, Sun sun, vec3 flux, Receiver receiver) {
         vec2 st = CORNERS[i];
         vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
         vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        vec3 r = mirrored(sun.direction, n);
+        vec3 r = sent(sun.direction, n, ratio);
         float along = dot(r, m);
         // The ray must run toward the front of the plane.
         if (along >= -1e-6) return NONE;
@@ -106,11 +107,15 @@ void main() {
     uint pair = push.first_pair + local;
     Patch patch_ = patches[pair % push.patch_count];
     Sun sun = suns[pair / push.patch_count];
-    vec3 flux = flux_of(patch_, sun);
-    bool lit = any(greaterThan(flux, vec3(0.0)));
-    for (uint index = 0; index < push.receiver_count; index++) {
+    float ratio = turn_toward(patch_, sun.direction);
+    vec3 flux[2];
+    flux_of(patch_, sun, ratio, flux);
+    uint targets = push.lobes * push.receiver_count;
+    for (uint target = 0; target < targets; target++) {
+        uint lobe = target / push.receiver_count;
+        Receiver receiver = receivers[target % push.receiver_count];
         Beam beam = NONE;
-        if (lit) beam = beam_of(patch_, sun, flux, receivers[index]);
-        beams[local * push.receiver_count + index] = beam;
+        if (flux[lobe] != vec3(0.0)) beam = beam_of(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, receiver);
+        beams[local * targets + target] = beam;
     }
 }

@@ -21,6 +21,7 @@ layout(std430, binding = 5) readonly buffer Coarse { uint coarse[]; }; // by rec
 layout(std430, binding = 6) writeonly buffer Steps { uint steps[]; };
 layout(push_constant) uniform CompactPush {
     uint pair_count;
+    uint slots;          // of a pair
     uint receiver_count;
 } push;
 
@@ -60,7 +61,7 @@ void main() {
     for (uint pair = first; pair < end; pair++) {
         uint count = counts[pair]; // not in the condition: the validation layer breaks there
         for (uint i = 0; i < count; i++) {
-            uint vertex = 4 * (pair * 2 * push.receiver_count + i);
+            uint vertex = 4 * (pair * push.slots + i);
             for (uint j = 0; j < 6; j++) quads[6 * rank + j] = vertex + CORNERS[j];
             rank++;
         }

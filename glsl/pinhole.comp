@@ -33,6 +33,7 @@ layout(push_constant) uniform PinholePush {
 #include "receiver.glsl"
 #include "footprint.glsl"
 #include "environment.glsl"
+#include "flux.glsl"
 
 const int MOST_TAPS = 16;
 
@@ -57,10 +58,12 @@ vec3 filtered_environment(vec3 w, vec3 a, vec3 b, vec3 covariance) {
     return sum / float(taps);
 }
 
-// Irradiance at y (normal m) by way of one patch, W/m^2.
-vec3 gather(Patch p, vec3 y, vec3 m) {
+// Irradiance at y (normal m) by way of one patch that faces it, W/m^2: of mirrored light for ratio 0,
+// else of light that comes through from a medium of which the index is 1/ratio of that here.
+vec3 gather(Patch p, vec3 y, vec3 m, bool refracts, float ratio) {
     vec3 n = normalize(p.normal);
     vec3 geometric = cross(p.edge1, p.edge2);
+    float way = refracts ? ratio : 0.0;
     vec3 to_receiver = y - p.position;
     float square = dot(to_receiver, to_receiver);
     if (square == 0.0) return vec3(0.0);
@@ -68,8 +71,9 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
     vec3 v = to_receiver / d;
     float cos_x = dot(n, v);
     float cos_y = -dot(m, v);
-    vec3 w = mirrored(v, n);
-    bool before = cos_x > 0.0 && cos_y > 0.0 && dot(geometric, v) > 0.0 && dot(geometric, w) > 0.0;
+    vec3 w = sent(v, n, way);
+    bool before = cos_x > 0.0 && cos_y > 0.0 && dot(geometric, v) > 0.0
+        && dot(geometric, w) * (refracts ? -1.0 : 1.0) > 0.0;
     if (!before) return vec3(0.0);
 
     // How w turns over the patch, seen from y, in two axes across w; its covariance.
@@ -77,8 +81,8 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
     basis(w, a, b);
     vec3 dv1 = normalize_change(to_receiver, -p.edge1);
     vec3 dv2 = normalize_change(to_receiver, -p.edge2);
-    vec3 dw1 = mirrored_change(v, n, dv1, normalize_change(p.normal, p.bend1));
-    vec3 dw2 = mirrored_change(v, n, dv2, normalize_change(p.normal, p.bend2));
+    vec3 dw1 = sent_change(v, n, dv1, normalize_change(p.normal, p.bend1), way);
+    vec3 dw2 = sent_change(v, n, dv2, normalize_change(p.normal, p.bend2), way);
     vec2 j1 = vec2(dot(dw1, a), dot(dw1, b));
     vec2 j2 = vec2(dot(dw2, a), dot(dw2, b));
     // A root of (j1 j1^T + j2 j2^T - (j1 j2^T + j2 j1^T) / 2) / 18, the patch's covariance.
@@ -110,7 +114,10 @@ vec3 gather(Patch p, vec3 y, vec3 m) {
 
     // Diameter of the disc of the patch's area.
     float epsilon = push.epsilon * 4.0 * p.area / PI;
-    return radiance * objects[p.object].color * (p.area * cos_x * cos_y / (square + epsilon));
+    vec3 share = reflected_share(objects[p.object], cos_x, ratio);
+    // Radiance grows with the square of the index.
+    if (refracts) share = (1.0 - share) * ratio * ratio;
+    return radiance * share * (p.area * cos_x * cos_y / (square + epsilon));
 }
 
 void main() {
@@ -121,7 +128,10 @@ void main() {
     vec3 y = from_texels(receiver, vec2(place) + 0.5);
     vec3 sum = vec3(0.0);
     for (uint i = push.first_patch; i < push.first_patch + push.batch_patches; i++) {
-        sum += gather(patches[i], y, receiver.normal);
+        Patch p = patches[i];
+        float ratio = turn_toward(p, y - p.position);
+        sum += gather(p, y, receiver.normal, false, ratio);
+        if (ratio > 0.0) sum += gather(p, y, receiver.normal, true, ratio);
     }
     vec4 before = imageLoad(light_map, place);
     imageStore(light_map, place, before + vec4(sum, 0.0));

@@ -19,6 +19,7 @@ layout(push_constant) uniform PointsPush {
     uint points;        // of each sun, over all batches
     uint reflector_count;
     uint receiver_count;
+    uint lobes;         // 1: mirrored light; 2: and refracted light
     uint trace;
 } push;
 
@@ -43,7 +44,8 @@ void main() {
     uint global = push.first_point + local;
     uint point = global % push.points;
     Sun sun = suns[global / push.points];
-    for (uint i = 0; i < push.receiver_count; i++) splats[local * push.receiver_count + i].texel = NO_TEXEL;
+    uint targets = push.lobes * push.receiver_count;
+    for (uint i = 0; i < targets; i++) splats[local * targets + i].texel = NO_TEXEL;
 
     // A triangle in proportion to its area.
     float total = reflectors[push.reflector_count - 1].cumulative_area;
@@ -65,13 +67,29 @@ void main() {
     vec2 in_disc = sqrt(coordinate(point, 3)) * vec2(cos(angle), sin(angle));
     vec3 s = sun_direction(sun.direction, sun.angular_radius, in_disc);
 
-    vec3 r = mirrored(s, n);
     vec3 geometric = cross(triangle.edge1, triangle.edge2);
-    if (!(dot(n, s) > 0.0 && dot(geometric, s) > 0.0 && dot(geometric, r) > 0.0)) return;
-    vec3 flux = sun.irradiance * objects[triangle.object].color * (dot(n, s) * total / float(push.points));
+    Object object = objects[triangle.object];
+    float ratio = 0.0;
+    if (object.kind == DIELECTRIC) {
+        bool front = dot(geometric, s) >= 0.0;
+        ratio = front ? 1.0 / object.index.x : object.index.x;
+        if (!front) {
+            geometric = -geometric;
+            n = -n;
+        }
+    }
+    float cosine = dot(n, s);
+    if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
+    vec3 share = reflected_share(object, cosine, ratio);
+    vec3 arriving = sun.irradiance * (cosine * total / float(push.points));
     bool lit = false;
-    for (uint i = 0; i < push.receiver_count; i++) {
-        Receiver receiver = receivers[i];
+    for (uint target = 0; target < targets; target++) {
+        bool refracts = target >= push.receiver_count;
+        if (refracts && ratio == 0.0) return;
+        vec3 r = sent(s, n, refracts ? ratio : 0.0);
+        vec3 flux = arriving * (refracts ? 1.0 - share : share);
+        if (!(dot(geometric, r) * (refracts ? -1.0 : 1.0) > 0.0)) continue;
+        Receiver receiver = receivers[target % push.receiver_count];
         float along = dot(r, receiver.normal);
         float away = dot(receiver.origin - x, receiver.normal);
         if (along >= 0.0 || away >= 0.0) continue;
@@ -84,7 +102,7 @@ void main() {
             lit = true;
             if (occluded(x, hit - x, ALMOST, self)) continue;
         }
-        splats[local * push.receiver_count + i] =
+        splats[local * targets + target] =
             PointSplat(flux / texel_area(receiver), uint(texel.x) | uint(texel.y) << 16);
     }
 }

@@ -11,7 +11,7 @@ layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
-// 2 receiver_count slots a pair, the used ones first.
+// 2 lobes receiver_count slots a pair, the used ones first.
 layout(std430, binding = 7) writeonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
@@ -21,6 +21,7 @@ layout(push_constant) uniform ProjectPush {
     uint pair_count;     // in this batch
     uint patch_count;
     uint receiver_count;
+    uint lobes;          // 1: mirrored light; 2: and refracted light
     float spread;        // variance of the kernel over that of the patch
     float flat_spread;   // where the patch is flat
     uint trace;          // 0: nothing can block
@@ -56,8 +57,8 @@ vec4 reach_of(vec3 m, vec2 g) {
 }
 
 // Footprints that `patch_` throws on receiver number `index`, with `flux` in W: none, one, or two
-// where the patch's plane cuts the first.
-uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footprints_[2]) {
+// where the patch's plane cuts the first. Mirrored light for ratio 0, refracted otherwise.
+uint project(Patch patch_, Sun sun, vec3 flux, float ratio, uint index, out Footprint footprints_[2]) {
     Receiver receiver = receivers[index];
     vec3 m = receiver.normal;
     // A patch may touch the receiver, its centroid must be before it.
@@ -69,7 +70,7 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         vec2 st = MIDPOINTS[i];
         vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
         vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        vec3 r = mirrored(sun.direction, n);
+        vec3 r = sent(sun.direction, n, ratio);
         float along = dot(r, m);
         float away = dot(receiver.origin - x, m);
         // The ray must run toward the front of the plane.
@@ -87,11 +88,15 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
         (image[0] - image[1]) * sqrt(1.0 / 6.0),
         (image[2] - centre) * sqrt(0.5));
 
-    // The sun's disc, mirrored, is a cone about r; its section with the plane. A disc of radius a
-    // has the variance a^2/4.
-    vec3 r = mirrored(sun.direction, normalize(patch_.normal));
+    // The sun's disc becomes a cone about r; its section with the plane. A disc of radius a has the
+    // variance a^2/4.
+    vec3 middle = normalize(patch_.normal);
+    vec3 r = sent(sun.direction, middle, ratio);
+    if (dot(r, m) >= -1e-6) return 0;
     vec3 a, b;
-    basis(r, a, b);
+    basis(sun.direction, a, b);
+    a = sent_change(sun.direction, middle, a, vec3(0.0), ratio);
+    b = sent_change(sun.direction, middle, b, vec3(0.0), ratio);
     float spread = 0.5 * sun.angular_radius * mean_distance;
     mat2 of_light = mat2(
         texel_direction(receiver, spread * (a - r * (dot(a, m) / dot(r, m)))),
@@ -131,11 +136,11 @@ uint project(Patch patch_, Sun sun, vec3 flux, uint index, out Footprint footpri
     if (push.trace != 0 && occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return 0;
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
-    // The patch throws no light behind its own plane, which cuts the receiver in the line
+    // The patch throws its light to one side of its own plane, which cuts the receiver in the line
     // 1 + edge.d = 0. What of the footprint lies beyond is folded back: a second footprint, the
     // first mirrored at the line in the metric of the conic, and both only before the line. That
     // keeps the flux and, where patches end in the line, the evenness of their sum.
-    vec3 n = cross(patch_.edge1, patch_.edge2);
+    vec3 n = cross(patch_.edge1, patch_.edge2) * (ratio == 0.0 ? 1.0 : -1.0);
     float before = dot(n, ahead);
     vec2 edge = vec2(
         dot(n, receiver.edge_u) / float(receiver.width),
@@ -190,12 +195,16 @@ void main() {
         uint pair = push.first_pair + local;
         Patch patch_ = patches[pair % push.patch_count];
         Sun sun = suns[pair / push.patch_count];
-        vec3 flux = flux_of(patch_, sun);
-        if (any(greaterThan(flux, vec3(0.0)))) {
-            for (uint index = 0; index < push.receiver_count; index++) {
+        float ratio = turn_toward(patch_, sun.direction);
+        vec3 flux[2];
+        if (flux_of(patch_, sun, ratio, flux)) {
+            uint targets = push.lobes * push.receiver_count;
+            for (uint target = 0; target < targets; target++) {
+                uint lobe = target / push.receiver_count;
+                if (flux[lobe] == vec3(0.0)) continue;
                 Footprint found[2];
-                uint more = project(patch_, sun, flux, index, found);
-                uint slot = local * 2 * push.receiver_count + count;
+                uint more = project(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, target % push.receiver_count, found);
+                uint slot = local * 2 * targets + count;
                 if (more > 0) footprints[slot] = found[0];
                 if (more > 1) footprints[slot + 1] = found[1];
                 count += more;

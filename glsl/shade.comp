@@ -1,5 +1,5 @@
 // shade: the camera's view. Diffuse surfaces show direct light, and the light map where they have
-// one; mirrors show what they reflect.
+// one; mirrors show what they reflect, and transparent surfaces also what lies beyond.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -35,6 +35,12 @@ layout(push_constant) uniform ShadePush {
 #include "lighting.glsl"
 
 const int MOST_BOUNCES = 12;
+// Of a ray and all that it splits into.
+const int MOST_SEGMENTS = 32;
+// Rays that wait while another is followed.
+const int MOST_WAITING = 6;
+// Rays that carry less than this share are not followed.
+const float LEAST_WEIGHT = 1e-3;
 // Rays to each sun's disc that a pixel's samples share, the same number each.
 const uint SUN_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
@@ -64,42 +70,75 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, uint pixel_sam
     return sum;
 }
 
+// Radiance of the lights behind everything, W/m^2/sr.
+vec3 background(vec3 direction) {
+    vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
+    for (uint i = 0; i < push.sun_count; i++) {
+        // The chord, since the cosine of a small angle is 1 in floats.
+        float radius = suns[i].angular_radius;
+        bool inside = distance(direction, suns[i].direction) < 2.0 * sin(0.5 * radius);
+        float sine = sin(radius);
+        if (inside && radius > SMALLEST_DISC) seen += suns[i].irradiance / (PI * sine * sine);
+    }
+    return seen;
+}
+
+// A ray that is yet to be followed.
+struct Ray {
+    vec3 origin;
+    uint self;
+    vec3 direction;
+    int bounces;
+    vec3 weight;
+};
+
 // Radiance that arrives from `direction`, W/m^2/sr.
 vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
-    vec3 weight = vec3(1.0);
-    uint self = NO_TRIANGLE;
-    for (int bounce = 0; bounce <= MOST_BOUNCES; bounce++) {
-        Hit hit = nearest(origin, direction, self);
+    vec3 sum = vec3(0.0);
+    Ray ray = Ray(origin, NO_TRIANGLE, direction, 0, vec3(1.0));
+    Ray waiting[MOST_WAITING];
+    int count = 0;
+    for (int segment = 0; segment < MOST_SEGMENTS; segment++) {
+        bool ends = true;
+        Hit hit = nearest(ray.origin, ray.direction, ray.self);
         if (hit.triangle == NO_TRIANGLE) {
-            vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
-            for (uint i = 0; i < push.sun_count; i++) {
-                // The chord, since the cosine of a small angle is 1 in floats.
-                float radius = suns[i].angular_radius;
-                bool inside = distance(direction, suns[i].direction) < 2.0 * sin(0.5 * radius);
-                float sine = sin(radius);
-                if (inside && radius > SMALLEST_DISC) seen += suns[i].irradiance / (PI * sine * sine);
+            sum += ray.weight * background(ray.direction);
+        } else {
+            Triangle triangle = triangles[hit.triangle];
+            Object object = objects[triangle.object];
+            vec3 geometric = normalize(cross(triangle.edge1, triangle.edge2));
+            bool front = dot(geometric, ray.direction) < 0.0;
+            Normals corner = normals[hit.triangle];
+            vec2 w = hit.barycentric;
+            vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
+            vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
+            if (object.kind == DIFFUSE) {
+                if (front) sum += ray.weight * object.color / PI * diffuse_irradiance(object, x, n, hit.triangle, pixel_sample);
+            } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MOST_BOUNCES) {
+                float ratio = object.kind != DIELECTRIC ? 0.0 : front ? 1.0 / object.index.x : object.index.x;
+                if (!front) {
+                    n = -n;
+                    geometric = -geometric;
+                }
+                // Where the interpolated normal would send the ray into the surface, the flat one rules.
+                if (!(dot(mirrored(-ray.direction, n), geometric) > 0.0)) n = geometric;
+                vec3 share = reflected_share(object, dot(n, -ray.direction), ratio);
+                vec3 beyond = ratio == 0.0 ? vec3(0.0) : sent(-ray.direction, n, ratio);
+                Ray through = Ray(x, hit.triangle, beyond, ray.bounces + 1, ray.weight * (1.0 - share) * ratio * ratio);
+                ray = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share);
+                bool passes = beyond != vec3(0.0) && any(greaterThan(through.weight, vec3(LEAST_WEIGHT)));
+                bool returns = any(greaterThan(ray.weight, vec3(LEAST_WEIGHT)));
+                if (passes && returns && count < MOST_WAITING) waiting[count++] = ray;
+                if (passes) ray = through;
+                ends = !passes && !returns;
             }
-            return weight * seen;
         }
-        Triangle triangle = triangles[hit.triangle];
-        // Back faces absorb.
-        if (dot(cross(triangle.edge1, triangle.edge2), direction) >= 0.0) return vec3(0.0);
-        Normals corner = normals[hit.triangle];
-        vec2 w = hit.barycentric;
-        vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
-        origin = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
-        self = hit.triangle;
-        Object object = objects[triangle.object];
-        if (object.kind == DIFFUSE) {
-            return weight * object.color / PI * diffuse_irradiance(object, origin, n, self, pixel_sample);
+        if (ends) {
+            if (count == 0) break;
+            ray = waiting[--count];
         }
-        weight *= object.color;
-        // Where the interpolated normal would send the ray into the surface, the flat one rules.
-        vec3 geometric = normalize(cross(triangle.edge1, triangle.edge2));
-        vec3 reflected = mirrored(-direction, n);
-        direction = dot(reflected, geometric) > 0.0 ? reflected : mirrored(-direction, geometric);
     }
-    return vec3(0.0);
+    return sum;
 }
 
 void main() {

@@ -49,7 +49,7 @@ fn scene(name: &str) -> Scene {
 fn mesh<'a>(scene: &'a Scene, name: &str) -> &'a Mesh {
     match &scene.objects[scene.object_index(name).unwrap()].geometry {
         Geometry::Mesh(mesh) => mesh,
-        Geometry::Rect(_) => panic!("{name} is a rect"),
+        _ => panic!("{name} is not a mesh"),
     }
 }
 

@@ -23,6 +23,7 @@ fn transformed(mut scene: Scene, scale: f64, shift: DVec3) -> Scene {
                 rect.edge_u *= scale;
                 rect.edge_v *= scale;
             }
+            Geometry::Waves(_) => panic!("no scene here has waves"),
         }
     }
     scene

@@ -57,6 +57,7 @@ fn color(scene: &Scene, object: &str) -> DVec3 {
     match scene.materials[object.material].kind {
         MaterialKind::Mirror { reflectance } => reflectance,
         MaterialKind::Diffuse { albedo } => albedo,
+        _ => panic!("neither a mirror nor diffuse"),
     }
 }
 

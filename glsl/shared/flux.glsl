@@ -5,19 +5,42 @@
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
 
-// Flux through the patch, W: E A cos(theta) reflectance, cos(theta) averaged over the midpoints;
-// zero where patch and light do not see each other.
-vec3 flux_of(Patch patch_, Sun sun) {
+// Turns a patch that lets light through toward the direction s. Returns the index of refraction on
+// that side over that beyond; 0 for a patch that only reflects.
+float turn_toward(inout Patch patch_, vec3 s) {
+    Object object = objects[patch_.object];
+    if (object.kind != DIELECTRIC) return 0.0;
+    vec3 edge = patch_.edge1;
+    vec3 bend = patch_.bend1;
+    if (dot(cross(edge, patch_.edge2), s) >= 0.0) return 1.0 / object.index.x;
+    patch_.normal = -patch_.normal;
+    patch_.edge1 = patch_.edge2;
+    patch_.bend1 = -patch_.bend2;
+    patch_.edge2 = edge;
+    patch_.bend2 = -bend;
+    return object.index.x;
+}
+
+// Flux that the patch reflects and lets through, W: E A cos(theta) times the share, averaged over
+// the midpoints. Not any where patch and light do not see each other.
+bool flux_of(Patch patch_, Sun sun, float ratio, out vec3 flux[2]) {
+    flux = vec3[](vec3(0.0), vec3(0.0));
     vec3 geometric = cross(patch_.edge1, patch_.edge2);
-    vec3 r = mirrored(sun.direction, normalize(patch_.normal));
-    if (dot(geometric, sun.direction) <= 0.0 || dot(geometric, r) <= 0.0) return vec3(0.0);
+    bool reflects = dot(geometric, mirrored(sun.direction, normalize(patch_.normal))) > 0.0;
+    if (dot(geometric, sun.direction) <= 0.0 || !reflects && ratio == 0.0) return false;
     float cosine = 0.0;
+    vec3 reflected = vec3(0.0);
+    Object object = objects[patch_.object];
     for (int i = 0; i < 3; i++) {
         vec2 st = MIDPOINTS[i];
         vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        cosine += max(dot(n, sun.direction), 0.0) / 3.0;
+        float here = max(dot(n, sun.direction), 0.0);
+        cosine += here / 3.0;
+        reflected += here / 3.0 * reflected_share(object, here, ratio);
     }
-    if (cosine <= 0.0) return vec3(0.0);
-    if (push.trace != 0 && occluded(patch_.position, sun.direction, FAR, patch_.triangle)) return vec3(0.0);
-    return sun.irradiance * objects[patch_.object].color * (cosine * patch_.area);
+    if (cosine <= 0.0) return false;
+    if (push.trace != 0 && occluded(patch_.position, sun.direction, FAR, patch_.triangle)) return false;
+    if (reflects) flux[0] = sun.irradiance * patch_.area * reflected;
+    if (ratio > 0.0) flux[1] = sun.irradiance * patch_.area * (cosine - reflected);
+    return true;
 }

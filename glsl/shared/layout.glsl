@@ -39,15 +39,17 @@ struct Node {
 
 const uint DIFFUSE = 0;
 const uint MIRROR = 1;
+const uint CONDUCTOR = 2;
+const uint DIELECTRIC = 3;
 const int NO_RECEIVER = -1;
 
 struct Object {
     vec3 color;      // reflectance of a mirror, albedo of a diffuse surface
-    uint kind;       // DIFFUSE or MIRROR
+    uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC
+    vec3 index;      // of refraction of a conductor; of a dielectric behind its front over before it
     int receiver;    // index, or NO_RECEIVER
-    uint unused0;
-    uint unused1;
-    uint unused2;
+    vec3 extinction; // of a conductor
+    uint unused;
 };
 
 struct Sun {

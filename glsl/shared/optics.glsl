@@ -1,4 +1,4 @@
-// Reflection and its derivative.
+// Reflection, refraction, their derivatives, and Fresnel's equations. src/optics.rs has the sources.
 
 // Direction that leaves a mirror of unit normal n when light comes from s (unit, away from the
 // mirror): 2 (n.s) n - s. GLSL's reflect() takes the direction of travel, -s.
@@ -9,6 +9,58 @@ vec3 mirrored(vec3 s, vec3 n) {
 // Change of mirrored(s, n) with the normal (dn) and with s (ds).
 vec3 mirrored_change(vec3 s, vec3 n, vec3 ds, vec3 dn) {
     return 2.0 * (dot(dn, s) + dot(n, ds)) * n + 2.0 * dot(n, s) * dn - ds;
+}
+
+// Direction that light from s takes at a surface with the unit normal n on its side: mirrored for
+// ratio 0, otherwise refracted, `ratio` the index of refraction on the side of s over that beyond.
+// Zero where all light is reflected.
+vec3 sent(vec3 s, vec3 n, float ratio) {
+    if (ratio == 0.0) return mirrored(s, n);
+    return dot(n, s) > 0.0 ? refract(-s, n, ratio) : vec3(0.0);
+}
+
+// Change of sent(s, n, ratio), where there is any, with the normal (dn) and with s (ds).
+vec3 sent_change(vec3 s, vec3 n, vec3 ds, vec3 dn, float ratio) {
+    if (ratio == 0.0) return mirrored_change(s, n, ds, dn);
+    float cosine = dot(n, s);
+    float change = dot(dn, s) + dot(n, ds);
+    float beyond = sqrt(max(1.0 - ratio * ratio * (1.0 - cosine * cosine), 1e-12));
+    float beyond_change = ratio * ratio * cosine * change / beyond;
+    return -ratio * ds + (ratio * change - beyond_change) * n + (ratio * cosine - beyond) * dn;
+}
+
+// Share of unpolarised light that a surface between two transparent media reflects.
+float fresnel_dielectric(float cosine, float ratio) {
+    float square = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
+    if (square <= 0.0) return 1.0;
+    float beyond = sqrt(square);
+    float across = (ratio * cosine - beyond) / (ratio * cosine + beyond);
+    float along = (cosine - ratio * beyond) / (cosine + ratio * beyond);
+    return 0.5 * (across * across + along * along);
+}
+
+// Share that a metal reflects.
+vec3 fresnel_conductor(float cosine, vec3 index, vec3 extinction) {
+    float cosine2 = cosine * cosine;
+    float sine2 = 1.0 - cosine2;
+    vec3 index2 = index * index;
+    vec3 extinction2 = extinction * extinction;
+    vec3 real = index2 - extinction2 - sine2;
+    vec3 modulus = sqrt(real * real + 4.0 * index2 * extinction2);
+    vec3 a = sqrt(max(0.5 * (modulus + real), 0.0));
+    vec3 across = (modulus + cosine2 - 2.0 * a * cosine) / (modulus + cosine2 + 2.0 * a * cosine);
+    vec3 even = modulus * cosine2 + sine2 * sine2;
+    vec3 odd = 2.0 * a * cosine * sine2;
+    return 0.5 * across * (1.0 + (even - odd) / (even + odd));
+}
+
+// Share of the light that a specular surface reflects; `ratio` as above, for a dielectric.
+vec3 reflected_share(Object object, float cosine, float ratio) {
+    switch (object.kind) {
+    case CONDUCTOR: return fresnel_conductor(cosine, object.index, object.extinction);
+    case DIELECTRIC: return vec3(fresnel_dielectric(cosine, ratio));
+    default: return object.color;
+    }
 }
 
 // Change of normalize(v) when v changes by dv.

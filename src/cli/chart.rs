@@ -8,7 +8,7 @@ use nephroid::image_file::check_writable;
 use nephroid::measure::chart::{Chart, Peer, SceneChart, read_peers, write};
 use nephroid::measure::sweep::{Plan, Step, Subject, sweep};
 use nephroid::reference::{Options, cached_caustic};
-use nephroid::scene::{MaterialKind, Object, Scene};
+use nephroid::scene::{Object, Scene};
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -211,7 +211,7 @@ fn shipped_scenes() -> Result<Vec<PathBuf>> {
 fn has_caustic(scene: &Scene) -> bool {
     let is_mirror = |object: &Object| {
         let kind = &scene.materials[object.material].kind;
-        matches!(kind, MaterialKind::Mirror { .. })
+        kind.is_specular()
     };
     !scene.lights.is_empty()
         && scene.objects.iter().any(is_mirror)

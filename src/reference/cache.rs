@@ -159,6 +159,14 @@ fn key(scene: &Scene, receiver: usize, texels: [u32; 2], options: &Options) -> H
                 feed.vectors(&[*reflectance]);
             }
             MaterialKind::Diffuse { albedo: _ } => feed.number(1),
+            MaterialKind::Conductor { index, extinction } => {
+                feed.number(2);
+                feed.vectors(&[*index, *extinction]);
+            }
+            MaterialKind::Dielectric { ior } => {
+                feed.number(3);
+                feed.values(&[*ior]);
+            }
         }
         feed.geometry(geometry);
     }
@@ -215,11 +223,13 @@ impl Feed {
 
     fn geometry(&mut self, geometry: &Geometry) {
         match geometry {
-            Geometry::Mesh(Mesh {
-                positions,
-                normals,
-                triangles,
-            }) => {
+            Geometry::Mesh(_) | Geometry::Waves(_) => {
+                let mesh = geometry.mesh();
+                let Mesh {
+                    positions,
+                    normals,
+                    triangles,
+                } = mesh.as_ref();
                 self.number(0);
                 self.number(positions.len() as u64);
                 self.vectors(positions);
@@ -340,19 +350,19 @@ mod tests {
             |s, _| s.objects[0].material = 1,
             |s, _| match &mut s.objects[0].geometry {
                 Geometry::Mesh(mesh) => mesh.positions[7].x += 1e-12,
-                Geometry::Rect(_) => panic!(),
+                _ => panic!(),
             },
             |s, _| match &mut s.objects[0].geometry {
                 Geometry::Mesh(mesh) => mesh.normals.swap(3, 4),
-                Geometry::Rect(_) => panic!(),
+                _ => panic!(),
             },
             |s, _| match &mut s.objects[0].geometry {
                 Geometry::Mesh(mesh) => mesh.triangles[2].rotate_left(1),
-                Geometry::Rect(_) => panic!(),
+                _ => panic!(),
             },
             |s, _| match &mut s.objects[1].geometry {
                 Geometry::Rect(rect) => rect.edge_v *= 1.5,
-                Geometry::Mesh(_) => panic!(),
+                _ => panic!(),
             },
             |s, _| match &mut s.lights[1].kind {
                 LightKind::Sun { angular_radius, .. } => *angular_radius = 0.0,

@@ -12,7 +12,6 @@
 //! gathered, since a bright spot fills a small part of the mirrors.
 
 use crate::error::Result;
-use crate::optics::reflect;
 use crate::reference::Problem;
 use crate::reference::lights::{Emitter, Environment};
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
@@ -161,8 +160,9 @@ impl<'a> Gathering<'a> {
             .map(|patch| {
                 let middle = &patch.triangles[patch.triangles.len() / 2];
                 // u = 4/9, v = 1/2 is the centroid.
-                let light = self.transport(y, middle, 4.0 / 9.0, 0.5);
-                light.map_or(0.0, |light| light.irradiance.element_sum()) * patch.by_area.total()
+                let paths = self.transport(y, middle, 4.0 / 9.0, 0.5).into_iter().flatten();
+                let light: f64 = paths.map(|light| light.irradiance.element_sum()).sum();
+                light * patch.by_area.total()
             })
             .collect();
         let total: f64 = weights.iter().sum();
@@ -185,43 +185,48 @@ impl<'a> Gathering<'a> {
         let patch = &self.patches[patch];
         let (triangle, u2) = patch.by_area.pick(u2);
         let triangle = &patch.triangles[triangle];
-        let Some(light) = self.transport(y, triangle, u2, u3) else {
-            return DVec3::ZERO;
-        };
-        let blocked = |direction, length| {
-            (self.problem).blocked(light.from, direction, length, triangle.blocker)
-        };
-        if blocked(light.out, light.distance) || blocked(light.toward, f64::INFINITY) {
-            return DVec3::ZERO;
-        }
-        light.irradiance * patch.by_area.total() / probability
+        let paths = self.transport(y, triangle, u2, u3).into_iter().flatten();
+        let irradiance: DVec3 = paths
+            .filter(|light| {
+                let blocked = |direction, length| {
+                    (self.problem).blocked(light.from, direction, length, triangle.blocker)
+                };
+                !blocked(light.out, light.distance) && !blocked(light.toward, f64::INFINITY)
+            })
+            .map(|light| light.irradiance)
+            .sum();
+        irradiance * patch.by_area.total() / probability
     }
 
-    /// Light from a point of a mirror to `y`, if nothing blocks it.
-    fn transport(&self, y: DVec3, triangle: &MirrorTriangle, u: f64, v: f64) -> Option<Transport> {
+    /// Light by reflection and by refraction at a point of a mirror to `y`, if nothing blocks it.
+    /// It comes from where light from `y` would go.
+    fn transport(&self, y: DVec3, triangle: &MirrorTriangle, u: f64, v: f64) -> [Option<Transport>; 2] {
         let x = triangle.point(u, v);
         let to_receiver = y - x.position;
         let distance_squared = to_receiver.length_squared();
         let distance = distance_squared.sqrt();
         let out = to_receiver / distance;
-        let (cosine_x, cosine_y) = (x.normal.dot(out), -self.problem.receiver.normal().dot(out));
-        let toward = reflect(-out, x.normal);
-        if !(cosine_x > 0.0 && cosine_y > 0.0)
-            || triangle.geometric_normal.dot(out) <= 0.0
-            || triangle.geometric_normal.dot(toward) <= 0.0
-        {
-            return None;
+        let (cosine_x, cosine_y) =
+            (x.normal.dot(out).abs(), -self.problem.receiver.normal().dot(out));
+        if cosine_y <= 0.0 {
+            return [None, None];
         }
-        let radiance: DVec3 = (self.environments.iter())
-            .map(|environment| environment.dim_radiance(toward))
-            .sum();
         let bounded = cosine_x * cosine_y / (distance_squared + near_squared(self.problem));
-        Some(Transport {
-            from: x.position,
-            out,
-            distance,
-            toward,
-            irradiance: radiance * triangle.reflectance * bounded,
+        let sources = (triangle.surface).leaving(out, x.normal, triangle.geometric_normal);
+        sources.map(|source| {
+            let source = source?;
+            let toward = source.direction;
+            let radiance: DVec3 = (self.environments.iter())
+                .map(|environment| environment.dim_radiance(toward))
+                .sum();
+            Some(Transport {
+                from: x.position,
+                out,
+                distance,
+                toward,
+                // Backward: the light comes from where `source` leads.
+                irradiance: radiance * source.share / source.compression * bounded,
+            })
         })
     }
 }

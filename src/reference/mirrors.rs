@@ -1,10 +1,86 @@
-//! The mirrors as one list of triangles, and points on them.
+//! The specular surfaces as one list of triangles, points on them, and what they do to light.
 
-use crate::scene::{Geometry, MaterialKind, Mesh, Scene};
+use crate::optics::{fresnel_conductor, fresnel_dielectric, reflect, refract};
+use crate::scene::{MaterialKind, Scene};
 use glam::DVec3;
-use std::borrow::Cow;
 
-/// A triangle of a mirror. Points on it are a + s·edge_1 + t·edge_2.
+/// What a specular surface does to light.
+#[derive(Clone, Copy)]
+pub enum Surface {
+    /// RGB, 0..=1
+    Mirror(DVec3),
+    /// Complex index of refraction, RGB.
+    Conductor { index: DVec3, extinction: DVec3 },
+    /// Index of refraction behind the front over that before it.
+    Dielectric(f64),
+}
+
+/// Light that leaves a specular surface.
+pub struct Leaving {
+    /// Unit vector away from the surface.
+    pub direction: DVec3,
+    /// Of the light that arrives, RGB, 0..=1.
+    pub share: DVec3,
+    /// Squared index of refraction where the light goes over that where it comes from: radiance
+    /// changes by this (*Physically Based Rendering*, 4th ed., section 9.5.2).
+    pub compression: f64,
+}
+
+impl Surface {
+    /// Whether light from behind does anything but vanish.
+    pub fn has_two_sides(&self) -> bool {
+        matches!(self, Self::Dielectric(_))
+    }
+
+    /// Where light from the unit direction `toward` goes, by reflection and by refraction, at a
+    /// point with the unit normal `shading` of a triangle with the normal `geometric`.
+    pub fn leaving(&self, toward: DVec3, shading: DVec3, geometric: DVec3) -> [Option<Leaving>; 2] {
+        let front = geometric.dot(toward) > 0.0;
+        if !front && !self.has_two_sides() {
+            return [None, None];
+        }
+        let side = if front { 1.0 } else { -1.0 };
+        let (shading, geometric) = (side * shading, side * geometric);
+        let cosine = shading.dot(toward);
+        if cosine <= 0.0 {
+            return [None, None];
+        }
+        let reflected = reflect(-toward, shading);
+        let reflected = |share| Leaving {
+            direction: reflected,
+            share,
+            compression: 1.0,
+        };
+        let (reflected, refracted) = match *self {
+            Self::Mirror(reflectance) => (reflected(reflectance), None),
+            Self::Conductor { index, extinction } => {
+                let share = |channel: usize| {
+                    fresnel_conductor(cosine, index[channel], extinction[channel])
+                };
+                (reflected(DVec3::new(share(0), share(1), share(2))), None)
+            }
+            Self::Dielectric(ior) => {
+                let ratio = if front { 1.0 / ior } else { ior };
+                let share = fresnel_dielectric(cosine, ratio);
+                let refracted = refract(-toward, shading, ratio).map(|direction| Leaving {
+                    direction,
+                    share: DVec3::splat(1.0 - share),
+                    compression: 1.0 / (ratio * ratio),
+                });
+                (reflected(DVec3::splat(share)), refracted)
+            }
+        };
+        // Nothing leaves into the flat triangle.
+        let before = |leaving: &Leaving| geometric.dot(leaving.direction) > 0.0;
+        let behind = |leaving: &Leaving| geometric.dot(leaving.direction) < 0.0;
+        [
+            Some(reflected).filter(before),
+            refracted.filter(behind),
+        ]
+    }
+}
+
+/// A triangle of a specular surface. Points on it are a + s·edge_1 + t·edge_2.
 pub struct MirrorTriangle {
     /// m
     pub a: DVec3,
@@ -16,8 +92,7 @@ pub struct MirrorTriangle {
     pub geometric_normal: DVec3,
     /// m²
     pub area: f64,
-    /// RGB, 0..=1
-    pub reflectance: DVec3,
+    pub surface: Surface,
     /// The same triangle in [`triangles_that_block`], if it blocks light.
     pub blocker: Option<u32>,
 }
@@ -43,18 +118,11 @@ impl MirrorTriangle {
     }
 }
 
-fn mesh(geometry: &Geometry) -> Cow<'_, Mesh> {
-    match geometry {
-        Geometry::Mesh(mesh) => Cow::Borrowed(mesh),
-        Geometry::Rect(rect) => Cow::Owned(rect.to_mesh()),
-    }
-}
-
 /// The corners of all triangles that cast shadows, in the order of the objects.
 pub fn triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     let mut triangles = Vec::new();
     for object in scene.objects.iter().filter(|object| object.blocks_light) {
-        let mesh = mesh(&object.geometry);
+        let mesh = object.geometry.mesh();
         triangles.extend(
             mesh.triangles
                 .iter()
@@ -64,18 +132,23 @@ pub fn triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// All triangles with a mirror material and an area above zero.
+/// All triangles with a specular material and an area above zero.
 pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
     let mut triangles = Vec::new();
     let mut blockers = 0;
     for object in &scene.objects {
-        let mesh = mesh(&object.geometry);
+        let mesh = object.geometry.mesh();
         let first_blocker = object.blocks_light.then_some(blockers);
         if object.blocks_light {
             blockers += mesh.triangles.len() as u32;
         }
-        let MaterialKind::Mirror { reflectance } = scene.materials[object.material].kind else {
-            continue;
+        let surface = match scene.materials[object.material].kind {
+            MaterialKind::Mirror { reflectance } => Surface::Mirror(reflectance),
+            MaterialKind::Conductor { index, extinction } => {
+                Surface::Conductor { index, extinction }
+            }
+            MaterialKind::Dielectric { ior } => Surface::Dielectric(ior),
+            MaterialKind::Diffuse { .. } => continue,
         };
         for (index, corners) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
@@ -89,7 +162,7 @@ pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
                     normals: corners.map(|corner| mesh.normals[corner as usize]),
                     geometric_normal: vector_area / area,
                     area,
-                    reflectance,
+                    surface,
                     blocker: first_blocker.map(|first| first + index as u32),
                 });
             }

@@ -4,15 +4,15 @@
 //! per m² and p(ω) per steradian, carry the flux
 //!
 //! ```text
-//! Φ = L(ω) max(n·ω, 0) F V / (p(x) p(ω))          [W]
+//! Φ = L(ω) |n·ω| F V / (p(x) p(ω))          [W]
 //! ```
 //!
-//! to where the reflected ray meets the receiver. A texel's irradiance is the mean over all pairs
+//! to where the reflected ray meets the receiver, F the share that is reflected, and likewise to where
+//! the refracted ray meets it. A texel's irradiance is the mean over all pairs
 //! of the flux that lands in it, over its area. The 1/d² and both cosines of the irradiance
 //! integral are in the density with which rays land.
 
 use crate::error::Result;
-use crate::optics::reflect;
 use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
@@ -136,7 +136,8 @@ impl<'a> LightTracing<'a> {
             let [u0, u1, u2, u3] = sobol_4d(index, seed);
             let (chosen, u0) = source.triangles.pick(stratify(u0));
             let triangle = &self.problem.mirrors[chosen];
-            if let Some((texel, flux)) = self.ray(source.emitter, triangle, [u0, u1, u2, u3]) {
+            let landed = self.rays_of(source.emitter, triangle, [u0, u1, u2, u3]);
+            for (texel, flux) in landed.into_iter().flatten() {
                 let irradiance = scale / source.triangles.probability(chosen) * flux;
                 let texel = &mut map[texel];
                 texel[0] += irradiance.x;
@@ -146,35 +147,33 @@ impl<'a> LightTracing<'a> {
         }
     }
 
-    /// Texel that a ray lands in and its flux, W, given the triangle.
-    fn ray(
+    /// Texels that the reflected and the refracted ray land in and their flux, W, given the triangle.
+    fn rays_of(
         &self,
         emitter: &Emitter,
         triangle: &MirrorTriangle,
         [u0, u1, u2, u3]: [f64; 4],
-    ) -> Option<(usize, DVec3)> {
+    ) -> [Option<(usize, DVec3)>; 2] {
         let point = triangle.point(u0, u1);
         let light = emitter.draw(u2, u3);
-        let cosine = point.normal.dot(light.direction);
-        if cosine <= 0.0 || triangle.geometric_normal.dot(light.direction) <= 0.0 {
-            return None;
-        }
-        let out = reflect(-light.direction, point.normal);
-        if triangle.geometric_normal.dot(out) <= 0.0 {
-            return None;
-        }
-        let (texel, distance) = self.problem.receiver.hit(point.position, out)?;
+        let cosine = point.normal.dot(light.direction).abs();
         let blocked = |direction, length| {
             (self.problem).blocked(point.position, direction, length, triangle.blocker)
         };
-        if blocked(out, distance) || blocked(light.direction, f64::INFINITY) {
-            return None;
-        }
-        let traced = 1.0 - gathered_share(self.problem, distance * distance);
-        let radiance = light.bright + traced * light.dim;
-        Some((
-            texel,
-            radiance * triangle.reflectance * triangle.area * cosine,
-        ))
+        let leaving = (triangle.surface).leaving(
+            light.direction,
+            point.normal,
+            triangle.geometric_normal,
+        );
+        leaving.map(|leaving| {
+            let leaving = leaving?;
+            let (texel, distance) = self.problem.receiver.hit(point.position, leaving.direction)?;
+            if blocked(leaving.direction, distance) || blocked(light.direction, f64::INFINITY) {
+                return None;
+            }
+            let traced = 1.0 - gathered_share(self.problem, distance * distance);
+            let radiance = light.bright + traced * light.dim;
+            Some((texel, radiance * leaving.share * triangle.area * cosine))
+        })
     }
 }

@@ -28,7 +28,7 @@ impl Beams {
         area: Area,
     ) -> Result<Self> {
         let pairs = scene.patch_count * scene.sun_count;
-        let bytes = scene.tiles.len() as u64 * size_of::<Beam>() as u64;
+        let bytes = u64::from(scene.targets()) * size_of::<Beam>() as u64;
         let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let batches = (0..pairs)
             .step_by(batch as usize)
@@ -60,6 +60,7 @@ impl Beams {
             pair_count,
             patch_count: scene.patch_count,
             receiver_count: scene.tiles.len() as u32,
+            lobes: scene.lobes,
             trace: u32::from(scene.trace),
             product: u32::from(self.area == Area::Product),
         };
@@ -77,7 +78,7 @@ impl Beams {
         let push = BeamsDrawPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        let beams = batch.1 * scene.tiles.len() as u32;
+        let beams = batch.1 * scene.targets();
         recorder.draw(&self.draw, light_map, clear, &push, 6 * beams);
     }
 }

@@ -29,7 +29,7 @@ mirrors! {
     Normals { n0: Vec3, unused0: f32, n1: Vec3, unused1: f32, n2: Vec3, unused2: f32, }
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
-    Object { color: Vec3, kind: u32, receiver: i32, unused0: u32, unused1: u32, unused2: u32, }
+    Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, unused: u32, }
     Sun { direction: Vec3, angular_radius: f32, irradiance: Vec3, unused: f32, }
     Receiver {
         origin: Vec3, tile_x: u32,
@@ -60,19 +60,19 @@ mirrors! {
     SamplePush { first_patch: u32, patch_count: u32, reflector_count: u32, }
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
-        spread: f32, flat_spread: f32, trace: u32,
+        lobes: u32, spread: f32, flat_spread: f32, trace: u32,
     }
-    CompactPush { pair_count: u32, receiver_count: u32, }
+    CompactPush { pair_count: u32, slots: u32, receiver_count: u32, }
     SplatPush { atlas_size: Vec2, }
     ResolvePush { level: i32, }
     BeamsPush {
         first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
-        trace: u32, product: u32,
+        lobes: u32, trace: u32, product: u32,
     }
     BeamsDrawPush { atlas_size: Vec2, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
-        reflector_count: u32, receiver_count: u32, trace: u32,
+        reflector_count: u32, receiver_count: u32, lobes: u32, trace: u32,
     }
     PointsDrawPush { atlas_size: Vec2, }
     PinholePush {
@@ -96,6 +96,8 @@ mirrors! {
 /// [`Object::kind`]
 pub const DIFFUSE: u32 = 0;
 pub const MIRROR: u32 = 1;
+pub const CONDUCTOR: u32 = 2;
+pub const DIELECTRIC: u32 = 3;
 /// [`Object::receiver`]
 pub const NO_RECEIVER: i32 = -1;
 
@@ -132,7 +134,7 @@ mod tests {
             ),
             (
                 "CompactPush",
-                12,
+                16,
                 &[("pair_count", 0), ("receiver_count", 4)],
             ),
             ("Nothing", 4, &[]),

@@ -36,7 +36,7 @@ impl Points {
                 });
             }
         };
-        let bytes = scene.tiles.len() as u64 * size_of::<PointSplat>() as u64;
+        let bytes = u64::from(scene.targets()) * size_of::<PointSplat>() as u64;
         let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let batches = (0..all)
             .step_by(batch as usize)
@@ -69,6 +69,7 @@ impl Points {
             points: self.points,
             reflector_count: scene.reflector_count,
             receiver_count: scene.tiles.len() as u32,
+            lobes: scene.lobes,
             trace: u32::from(scene.trace),
         };
         recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);
@@ -85,7 +86,7 @@ impl Points {
         let push = PointsDrawPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        let points = batch.1 * scene.tiles.len() as u32;
+        let points = batch.1 * scene.targets();
         recorder.draw(&self.draw, light_map, clear, &push, points);
     }
 }

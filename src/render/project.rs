@@ -12,7 +12,7 @@ use std::sync::Arc;
 const GROUP: u32 = 64;
 /// Pairs of a thread of compact.comp.
 const PAIRS: u32 = 8;
-/// Footprints that a patch may throw on a receiver: one, and its fold.
+/// Footprints that a patch may throw on a receiver one way: one, and its fold.
 const SLOTS: u32 = 2;
 /// Bytes that the footprints of one batch may take.
 const MOST_BYTES: u64 = 96 << 20;
@@ -34,6 +34,7 @@ pub struct Project {
     pub batches: Vec<(u32, u32)>,
     patch_count: u32,
     receiver_count: u32,
+    lobes: u32,
     trace: bool,
 }
 
@@ -41,7 +42,7 @@ impl Project {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let receiver_count = scene.tiles.len() as u32;
         let pairs = scene.patch_count * scene.sun_count;
-        let slots = SLOTS * receiver_count;
+        let slots = SLOTS * scene.lobes * receiver_count;
         let bytes = size_of::<Footprint>() as u64 * u64::from(slots);
         let most = MOST_BYTES.min(context.max_storage_bytes()) / bytes;
         let batch = (most as u32 / GROUP * GROUP)
@@ -94,6 +95,7 @@ impl Project {
             batches: batches.collect(),
             patch_count: scene.patch_count,
             receiver_count,
+            lobes: scene.lobes,
             trace: scene.trace,
         })
     }
@@ -104,6 +106,7 @@ impl Project {
             pair_count,
             patch_count: self.patch_count,
             receiver_count: self.receiver_count,
+            lobes: self.lobes,
             spread: SPREAD,
             flat_spread: FLAT_SPREAD,
             trace: u32::from(self.trace),
@@ -114,6 +117,7 @@ impl Project {
     pub fn record_compact(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
         let push = CompactPush {
             pair_count,
+            slots: SLOTS * self.lobes * self.receiver_count,
             receiver_count: self.receiver_count,
         };
         recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(PAIRS), 1, 1]);

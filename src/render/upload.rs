@@ -5,7 +5,7 @@
 
 use super::Settings;
 use super::bvh::Bvh;
-use super::layout::{self, DIFFUSE, MIRROR, NO_RECEIVER};
+use super::layout::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
 use super::parts::{Part, parts};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Resource, Sampling, Shader};
@@ -42,6 +42,8 @@ pub struct DeviceScene {
     /// Of the environment, rad, 0 to 2π.
     pub rotation: f32,
     pub reflector_count: u32,
+    /// Ways that light takes at a patch: 2 where some is refracted, otherwise 1.
+    pub lobes: u32,
     pub patch_count: u32,
     pub tiles: Vec<Tile>,
     /// Size of the light-map atlas, texels.
@@ -62,13 +64,8 @@ impl DeviceScene {
     /// [`Error::Device`] where the device's memory does not suffice.
     pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
         let mut notes = Vec::new();
-        let meshes: Vec<Cow<Mesh>> = scene
-            .objects
-            .iter()
-            .map(|object| match &object.geometry {
-                Geometry::Mesh(mesh) => Cow::Borrowed(mesh),
-                Geometry::Rect(rect) => Cow::Owned(rect.to_mesh()),
-            })
+        let meshes: Vec<Cow<Mesh>> = (scene.objects.iter())
+            .map(|object| object.geometry.mesh())
             .collect();
         let origin = middle(&meshes);
 
@@ -121,6 +118,9 @@ impl DeviceScene {
 
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
         let (reflectors, patch_count) = reflectors(scene, &soup, &suns, all_lit, settings.samples)?;
+        let refracts = (scene.objects.iter()).any(|object| {
+            matches!(scene.materials[object.material].kind, MaterialKind::Dielectric { .. })
+        });
         let trace = can_block(scene, &meshes);
         if !trace {
             notes.push(
@@ -149,6 +149,7 @@ impl DeviceScene {
             has_environment,
             rotation,
             reflector_count: reflectors.len() as u32,
+            lobes: if refracts { 2 } else { 1 },
             patch_count,
             tiles,
             atlas,
@@ -187,6 +188,11 @@ impl DeviceScene {
             ("environment", Resource::Image(&self.environment)),
         ];
         Pipeline::compute(context, shader, &[own, &shared].concat())
+    }
+
+    /// Receivers, counted once for every way that light takes to them.
+    pub fn targets(&self) -> u32 {
+        self.lobes * self.tiles.len() as u32
     }
 
     /// Parts of all receivers' tiles, with `rays` rays a texel, each with the receiver's index.
@@ -361,19 +367,39 @@ fn receivers(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<layout::Receiv
 }
 
 fn object_of(scene: &Scene, object: &Object, receiver: Option<usize>) -> layout::Object {
-    let (color, kind) = match scene.materials[object.material].kind {
-        MaterialKind::Mirror { reflectance } => (reflectance, MIRROR),
-        MaterialKind::Diffuse { albedo } => (albedo, DIFFUSE),
+    let [mut color, mut index, mut extinction] = [DVec3::ZERO; 3];
+    let kind = match scene.materials[object.material].kind {
+        MaterialKind::Mirror { reflectance } => {
+            color = reflectance;
+            MIRROR
+        }
+        MaterialKind::Conductor {
+            index: real,
+            extinction: imaginary,
+        } => {
+            (index, extinction) = (real, imaginary);
+            CONDUCTOR
+        }
+        MaterialKind::Dielectric { ior } => {
+            index = DVec3::splat(ior);
+            DIELECTRIC
+        }
+        MaterialKind::Diffuse { albedo } => {
+            color = albedo;
+            DIFFUSE
+        }
     };
     layout::Object {
         color: color.as_vec3(),
         kind,
+        index: index.as_vec3(),
+        extinction: extinction.as_vec3(),
         receiver: receiver.map_or(NO_RECEIVER, |index| index as i32),
         ..Default::default()
     }
 }
 
-/// The mirror triangles that face a light, cut into about `samples` patches, one a triangle at
+/// The specular triangles that face a light, cut into about `samples` patches, one a triangle at
 /// least.
 ///
 /// All triangles of an object are cut alike, as its mesh was made: where patch sizes jump, the
@@ -397,8 +423,9 @@ fn reflectors(
     for (index, (triangle, normals)) in soup.triangles.iter().zip(&soup.normals).enumerate() {
         let object = triangle.object as usize;
         let material = &scene.materials[scene.objects[object].material].kind;
-        if matches!(material, MaterialKind::Mirror { .. })
-            && (all_lit || suns.iter().any(|sun| faces(triangle, normals, sun)))
+        let two_sided = matches!(material, MaterialKind::Dielectric { .. });
+        if material.is_specular()
+            && (all_lit || two_sided || suns.iter().any(|sun| faces(triangle, normals, sun)))
         {
             let area = 0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length());
             lit.push((index as u32, object, area));

@@ -58,7 +58,10 @@ pub struct MaterialEntry {
     pub kind: Spanned<String>,
     pub reflectance: Option<Triple>,
     pub albedo: Option<Triple>,
-    pub ior: Option<Spanned<Value>>,
+    pub ior: Option<Spanned<f64>>,
+    pub metal: Option<Spanned<String>>,
+    pub index: Option<Triple>,
+    pub extinction: Option<Triple>,
 }
 
 #[derive(Deserialize)]
@@ -67,7 +70,7 @@ pub struct ObjectEntry {
     pub name: Spanned<String>,
     pub mesh: Option<Spanned<String>>,
     pub rect: Option<Spanned<RectEntry>>,
-    pub waves: Option<Spanned<Value>>,
+    pub waves: Option<Spanned<WavesEntry>>,
     pub material: Option<Spanned<String>>,
     pub lightmap: Option<Spanned<[i64; 2]>>,
     pub blocks_light: Option<bool>,
@@ -79,6 +82,26 @@ pub struct RectEntry {
     pub origin: Option<Triple>,
     pub edge_u: Option<Triple>,
     pub edge_v: Option<Triple>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WavesEntry {
+    pub origin: Option<Triple>,
+    pub edge_u: Option<Triple>,
+    pub edge_v: Option<Triple>,
+    pub quads: Option<Spanned<[i64; 2]>>,
+    #[serde(default)]
+    pub sines: Vec<Spanned<SineEntry>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SineEntry {
+    pub amplitude: Option<Spanned<f64>>,
+    pub wave_vector: Option<Spanned<[f64; 2]>>,
+    pub phase_degrees: Option<Spanned<f64>>,
+    pub speed: Option<Spanned<f64>>,
 }
 
 /// A scene file's path and text, for errors that say where.
@@ -204,7 +227,7 @@ impl Section<'_> {
         Ok(DVec3::from(*value.get_ref()))
     }
 
-    fn check(
+    pub fn check(
         &self,
         key: &str,
         values: &[f64],

@@ -10,8 +10,13 @@
 //! | `[[light]]` of `kind = "sun"` | `name`, `direction` (toward the light, any length), `irradiance` (on a plane facing it), `angular_radius_degrees` (0: a point) |
 //! | `[[light]]` of `kind = "environment"` | `name`, `file` (.hdr or .exr, equirectangular), `scale` (1), `rotation_degrees` (0) |
 //! | `[[material]]` of `kind = "mirror"` | `name`, `reflectance` |
+//! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
+//! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (behind the front over before it) |
 //! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` |
-//! | `[[object]]` | `name`, `mesh` (.obj) or `rect = { origin, edge_u, edge_v }`, `material`, `lightmap = [width, height]` (a diffuse rect's), `blocks_light` (true) |
+//! | `[[object]]` | `name`, `mesh` (.obj), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (a diffuse rect's), `blocks_light` (true) |
+//!
+//! Each of `sines` has `amplitude` (m), `wave_vector` (rad/m along edge_u and edge_v),
+//! `phase_degrees` (0) and `speed` (0, rad/s); see [`Sine`].
 //!
 //! In brackets what holds where a key is left out. A mesh without `material` is cut up by the
 //! materials of its MTL file: each becomes a material and an object named `object/material`.
@@ -22,14 +27,16 @@
 
 use super::asset::{self, AssetRoot, refused};
 use super::file::{
-    CameraEntry, LightEntry, MaterialEntry, ObjectEntry, RectEntry, Section, Source,
+    CameraEntry, LightEntry, MaterialEntry, ObjectEntry, Section, SineEntry, Source, Triple,
+    WavesEntry,
 };
 use super::{
     Camera, Geometry, Light, LightKind, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene,
+    Sine, Waves,
 };
 use super::{environment, light_map_side, mesh, obj};
 use crate::error::Result;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -38,6 +45,18 @@ use toml::Spanned;
 
 /// Bytes of a scene file.
 const MAX_BYTES: u64 = 16 << 20;
+/// Quads of waves along a side.
+const MAX_QUADS: i64 = 4096;
+/// Of a sum of sines: beyond, a wave's back would be hidden by its crest at 45°.
+const MAX_SLOPE: f64 = 1.0;
+/// Complex indices of refraction by name: (name, index, extinction), each at 650, 550 and 450 nm.
+pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
+    ("aluminium", [1.3456, 0.96521, 0.61722], [7.4746, 6.3995, 5.3031]),
+    ("brass", [0.444, 0.527, 1.094], [3.695, 2.765, 1.829]),
+    ("copper", [0.27105, 0.67693, 1.3164], [3.6092, 2.6248, 2.2921]),
+    ("gold", [0.18299, 0.42108, 1.3734], [3.4242, 2.3459, 1.7704]),
+    ("silver", [0.15943, 0.14512, 0.13547], [3.9291, 3.19, 2.3808]),
+];
 /// Coordinates, m.
 const METRES: RangeInclusive<f64> = -1e9..=1e9;
 
@@ -217,27 +236,42 @@ impl<'a> Loader<'a> {
 
     fn material(&mut self, entry: &MaterialEntry) -> Result<()> {
         let section = self.section("material", &entry.name)?;
+        let no_metal = |kind| {
+            section.refuse(kind, "metal", &entry.metal)?;
+            section.refuse(kind, "index", &entry.index)?;
+            section.refuse(kind, "extinction", &entry.extinction)
+        };
         let kind = match entry.kind.get_ref().as_str() {
             kind @ "mirror" => {
                 section.refuse(kind, "albedo", &entry.albedo)?;
                 section.refuse(kind, "ior", &entry.ior)?;
+                no_metal(kind)?;
                 let reflectance = section.triple("reflectance", &entry.reflectance, 0.0..=1.0)?;
                 MaterialKind::Mirror { reflectance }
+            }
+            kind @ "conductor" => {
+                section.refuse(kind, "reflectance", &entry.reflectance)?;
+                section.refuse(kind, "albedo", &entry.albedo)?;
+                section.refuse(kind, "ior", &entry.ior)?;
+                conductor(&section, entry)?
+            }
+            kind @ "dielectric" => {
+                section.refuse(kind, "reflectance", &entry.reflectance)?;
+                section.refuse(kind, "albedo", &entry.albedo)?;
+                no_metal(kind)?;
+                let ior = section.number("ior", &entry.ior, 0.1..=10.0)?;
+                MaterialKind::Dielectric { ior }
             }
             kind @ "diffuse" => {
                 section.refuse(kind, "reflectance", &entry.reflectance)?;
                 section.refuse(kind, "ior", &entry.ior)?;
+                no_metal(kind)?;
                 let albedo = section.triple("albedo", &entry.albedo, 0.0..=1.0)?;
                 MaterialKind::Diffuse { albedo }
             }
             other => {
-                let reason = match other {
-                    "dielectric" => {
-                        format!("the kind `{other}` is not supported yet in this version")
-                    }
-                    _ => format!("there is no kind `{other}`"),
-                };
-                let remedy = "use `mirror` or `diffuse`";
+                let reason = format!("there is no kind `{other}`");
+                let remedy = "use `mirror`, `conductor`, `dielectric` or `diffuse`";
                 return Err(section.error(entry.kind.span(), &reason, remedy));
             }
         };
@@ -250,38 +284,36 @@ impl<'a> Loader<'a> {
 
     fn object(&mut self, entry: &ObjectEntry) -> Result<()> {
         let section = self.section("object", &entry.name)?;
-        if let Some(waves) = &entry.waves {
-            let reason = "`waves` is not supported yet in this version";
-            return Err(section.error(waves.span(), reason, "use a `mesh` or a `rect`"));
-        }
         let material = (entry.material.as_ref())
             .map(|name| self.material_index(&section, name))
             .transpose()?;
         let light_map = (entry.lightmap.as_ref())
             .map(|texels| self.light_map(&section, entry, texels, material))
             .transpose()?;
-        match (&entry.rect, &entry.mesh) {
-            (Some(entry_rect), None) => {
-                self.objects.push(Object {
-                    name: entry.name.get_ref().clone(),
-                    material: *section.required("material", &material)?,
-                    geometry: Geometry::Rect(rect(&section, entry_rect)?),
-                    light_map,
-                    blocks_light: entry.blocks_light.unwrap_or(true),
-                });
-                Ok(())
+        let geometry = match (&entry.mesh, &entry.rect, &entry.waves) {
+            (Some(file), None, None) => return self.mesh(&section, entry, file, material),
+            (None, Some(entry), None) => {
+                let keys = entry.get_ref();
+                let edges = [&keys.origin, &keys.edge_u, &keys.edge_v];
+                Geometry::Rect(rect(&section, entry.span(), edges)?)
             }
-            (None, Some(file)) => self.mesh(&section, entry, file, material),
-            (rect, _) => {
-                let what = if rect.is_some() {
-                    "both a `mesh` and a `rect`"
-                } else {
-                    "no `mesh` or `rect`"
+            (None, None, Some(entry)) => Geometry::Waves(waves(&section, entry)?),
+            (mesh, rect, waves) => {
+                let reason = match (mesh, rect, waves) {
+                    (None, None, None) => "it has no `mesh`, `rect` or `waves`",
+                    _ => "it has more than one of `mesh`, `rect` and `waves`",
                 };
-                let reason = format!("it has {what}");
-                Err(section.error(section.span.clone(), &reason, "give it one of the two"))
+                return Err(section.error(section.span.clone(), reason, "give it one of them"));
             }
-        }
+        };
+        self.objects.push(Object {
+            name: entry.name.get_ref().clone(),
+            material: *section.required("material", &material)?,
+            geometry,
+            light_map,
+            blocks_light: entry.blocks_light.unwrap_or(true),
+        });
+        Ok(())
     }
 
     /// Adds the parts of a mesh; `material` holds for all of it.
@@ -331,9 +363,9 @@ impl<'a> Loader<'a> {
         if entry.rect.is_none() {
             return error("only a rect can have a light map", "remove `lightmap`");
         }
-        if material.is_some_and(|m| matches!(self.materials[m].kind, MaterialKind::Mirror { .. })) {
+        if material.is_some_and(|m| self.materials[m].kind.is_specular()) {
             let remedy = "remove `lightmap`, or use a diffuse material";
-            return error("a mirror receives no light, so it has no light map", remedy);
+            return error("a specular surface keeps no light, so it has no light map", remedy);
         }
         match texels.get_ref().map(light_map_side) {
             [Ok(width), Ok(height)] => Ok([width, height]),
@@ -383,12 +415,86 @@ impl<'a> Loader<'a> {
     }
 }
 
-fn rect(section: &Section, entry: &Spanned<RectEntry>) -> Result<Rect> {
+fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {
+    let Some(metal) = &entry.metal else {
+        return Ok(MaterialKind::Conductor {
+            index: section.triple("index", &entry.index, 0.0..=100.0)?,
+            extinction: section.triple("extinction", &entry.extinction, 0.0..=100.0)?,
+        });
+    };
+    let named = METALS.iter().find(|(name, ..)| name == metal.get_ref());
+    let Some(&(_, index, extinction)) = named else {
+        let reason = format!("there is no metal `{}`", metal.get_ref());
+        let names = METALS.map(|(name, ..)| name).join(", ");
+        return Err(section.error(metal.span(), &reason, &format!("use one of {names}")));
+    };
+    for (key, value) in [("index", &entry.index), ("extinction", &entry.extinction)] {
+        if let Some(value) = value {
+            let reason = format!("the key `{key}` is given beside `metal`, which says it");
+            return Err(section.error(value.span(), &reason, "remove one of them"));
+        }
+    }
+    Ok(MaterialKind::Conductor {
+        index: index.into(),
+        extinction: extinction.into(),
+    })
+}
+
+fn waves(section: &Section, entry: &Spanned<WavesEntry>) -> Result<Waves> {
     let keys = entry.get_ref();
-    let origin = section.triple("origin", &keys.origin, METRES)?;
-    let edge_u = section.triple("edge_u", &keys.edge_u, METRES)?;
-    let edge_v = section.triple("edge_v", &keys.edge_v, METRES)?;
-    let error = |reason: &str, remedy: &str| Err(section.error(entry.span(), reason, remedy));
+    let edges = [&keys.origin, &keys.edge_u, &keys.edge_v];
+    let rect = rect(section, entry.span(), edges)?;
+    let quads = section.required("quads", &keys.quads)?;
+    if let Some(count) = (quads.get_ref().iter()).find(|count| !(1..=MAX_QUADS).contains(*count)) {
+        let reason = format!("quads: waves have 1 to {MAX_QUADS} quads a side, not {count}");
+        return Err(section.error(quads.span(), &reason, "correct the number"));
+    }
+    let sines: Result<Vec<Sine>> = keys.sines.iter().map(|s| sine(section, s)).collect();
+    let sines = sines?;
+    let slope: f64 = (sines.iter())
+        .map(|sine| sine.amplitude.abs() * sine.wave_vector.length())
+        .sum();
+    if slope > MAX_SLOPE {
+        let reason = format!("the waves are too steep: their slope reaches {slope:.3}");
+        let remedy =
+            format!("keep the sum of amplitude × |wave_vector| at {MAX_SLOPE} or below");
+        return Err(section.error(entry.span(), &reason, &remedy));
+    }
+    Ok(Waves {
+        rect,
+        quads: quads.get_ref().map(|count| count as u32),
+        sines,
+        time: 0.0,
+    })
+}
+
+fn sine(section: &Section, entry: &Spanned<SineEntry>) -> Result<Sine> {
+    let keys = entry.get_ref();
+    let section = Section {
+        source: section.source,
+        owner: section.owner.clone(),
+        span: entry.span(),
+    };
+    let vector = section.required("wave_vector", &keys.wave_vector)?;
+    section.check("wave_vector", vector.get_ref(), vector.span(), -1e6..=1e6)?;
+    let phase = section.number_or(0.0, "phase_degrees", &keys.phase_degrees, -1e6..=1e6)?;
+    Ok(Sine {
+        amplitude: section.number("amplitude", &keys.amplitude, -1e6..=1e6)?,
+        wave_vector: DVec2::from(*vector.get_ref()),
+        phase: phase.to_radians(),
+        speed: section.number_or(0.0, "speed", &keys.speed, -1e6..=1e6)?,
+    })
+}
+
+fn rect(
+    section: &Section,
+    span: Range<usize>,
+    [origin, edge_u, edge_v]: [&Option<Triple>; 3],
+) -> Result<Rect> {
+    let origin = section.triple("origin", origin, METRES)?;
+    let edge_u = section.triple("edge_u", edge_u, METRES)?;
+    let edge_v = section.triple("edge_v", edge_v, METRES)?;
+    let error = |reason: &str, remedy: &str| Err(section.error(span.clone(), reason, remedy));
     let (Some(along_u), Some(along_v)) = (mesh::unit(edge_u), mesh::unit(edge_v)) else {
         return error(
             "an edge of the rect has no length",

@@ -14,7 +14,8 @@ mod obj_text;
 
 pub use load::{Loaded, load};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Most texels on a side of a light map: 8192² RGB values in f64 take 1.6 GB.
@@ -109,6 +110,18 @@ pub enum MaterialKind {
         /// RGB, 0..=1.
         reflectance: DVec3,
     },
+    /// A metal: specular reflection by Fresnel's equations on the front face; the back face absorbs.
+    Conductor {
+        /// Real part of the index of refraction, RGB, and imaginary part, the extinction.
+        index: DVec3,
+        extinction: DVec3,
+    },
+    /// The smooth surface of something transparent: it reflects and refracts by Fresnel's equations,
+    /// from both sides.
+    Dielectric {
+        /// Index of refraction behind the front face over that before it.
+        ior: f64,
+    },
     /// Lambertian BRDF albedo/π on the front face; the back face absorbs.
     Diffuse {
         /// RGB, 0..=1.
@@ -129,10 +142,29 @@ pub struct Object {
     pub blocks_light: bool,
 }
 
+impl MaterialKind {
+    /// Whether it throws a caustic.
+    pub fn is_specular(&self) -> bool {
+        !matches!(self, Self::Diffuse { .. })
+    }
+}
+
 #[derive(Debug, Clone)]
 pub enum Geometry {
     Mesh(Mesh),
     Rect(Rect),
+    Waves(Waves),
+}
+
+impl Geometry {
+    /// As triangles.
+    pub fn mesh(&self) -> Cow<'_, Mesh> {
+        match self {
+            Self::Mesh(mesh) => Cow::Borrowed(mesh),
+            Self::Rect(rect) => Cow::Owned(rect.to_mesh()),
+            Self::Waves(waves) => Cow::Owned(waves.to_mesh()),
+        }
+    }
 }
 
 /// Triangles with a unit normal at every vertex, which is interpolated and normalised between
@@ -175,6 +207,74 @@ impl Rect {
             normals: vec![self.normal(); 4],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
         }
+    }
+}
+
+/// A rectangle whose height along its normal is a sum of sines.
+#[derive(Debug, Clone)]
+pub struct Waves {
+    /// At rest.
+    pub rect: Rect,
+    /// Quads along edge_u and edge_v that it is cut into, two triangles each.
+    pub quads: [u32; 2],
+    pub sines: Vec<Sine>,
+    /// s
+    pub time: f64,
+}
+
+/// A wave of height amplitude · sin(k·p + phase − speed · time), p the place on the rectangle from
+/// its origin, in m along edge_u and edge_v.
+#[derive(Debug, Clone, Copy)]
+pub struct Sine {
+    /// m
+    pub amplitude: f64,
+    /// k, rad/m.
+    pub wave_vector: DVec2,
+    /// rad
+    pub phase: f64,
+    /// rad/s
+    pub speed: f64,
+}
+
+impl Waves {
+    /// Its triangles at [`Waves::time`], with the exact normals at the vertices.
+    pub fn to_mesh(&self) -> Mesh {
+        let Rect {
+            origin,
+            edge_u,
+            edge_v,
+        } = self.rect;
+        let (along_u, along_v, up) = (edge_u.normalize(), edge_v.normalize(), self.rect.normal());
+        let extent = DVec2::new(edge_u.length(), edge_v.length());
+        let [columns, rows] = self.quads;
+        let mut mesh = Mesh::default();
+        for row in 0..=rows {
+            for column in 0..=columns {
+                let share = DVec2::new(
+                    f64::from(column) / f64::from(columns),
+                    f64::from(row) / f64::from(rows),
+                );
+                let p = share * extent;
+                let (mut height, mut slope) = (0.0, DVec2::ZERO);
+                for sine in &self.sines {
+                    let angle = sine.wave_vector.dot(p) + sine.phase - sine.speed * self.time;
+                    height += sine.amplitude * angle.sin();
+                    slope += sine.amplitude * angle.cos() * sine.wave_vector;
+                }
+                mesh.positions
+                    .push(origin + share.x * edge_u + share.y * edge_v + height * up);
+                mesh.normals
+                    .push((up - slope.x * along_u - slope.y * along_v).normalize());
+            }
+        }
+        for row in 0..rows {
+            for column in 0..columns {
+                let a = row * (columns + 1) + column;
+                let [b, c, d] = [a + 1, a + columns + 2, a + columns + 1];
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        mesh
     }
 }
 

@@ -50,10 +50,11 @@ pub fn plain(path: &Path, warnings: &mut Vec<String>) -> Result<String> {
 }
 
 /// What an MTL material is here: a mirror with reflectance Ks where its illumination model
-/// reflects (3, 5, 8), otherwise diffuse with albedo Kd.
+/// reflects (3, 5, 8), a dielectric with index Ni where it is glass (4, 6, 7, 9), otherwise diffuse
+/// with albedo Kd.
 ///
 /// # Errors
-/// The reason, for glass and for colours that are missing or outside 0..=1.
+/// The reason, for colours and indices that are missing or out of range.
 pub fn kind(material: &tobj::Material) -> Result<MaterialKind, String> {
     let colour = |key: &str, value: Option<[f64; 3]>| {
         let value = value.ok_or(format!("it has no `{key}`"))?;
@@ -67,9 +68,11 @@ pub fn kind(material: &tobj::Material) -> Result<MaterialKind, String> {
         Some(3 | 5 | 8) => {
             colour("Ks", material.specular).map(|reflectance| MaterialKind::Mirror { reflectance })
         }
-        Some(model @ (4 | 6 | 7 | 9)) => Err(format!(
-            "glass (`illum {model}`) is not supported yet in this version"
-        )),
+        Some(4 | 6 | 7 | 9) => match material.optical_density {
+            Some(ior) if (0.1..=10.0).contains(&ior) => Ok(MaterialKind::Dielectric { ior }),
+            Some(ior) => Err(format!("`Ni` is {ior}, not within 0.1 and 10")),
+            None => Err("it has no `Ni`".into()),
+        },
         _ => colour("Kd", material.diffuse).map(|albedo| MaterialKind::Diffuse { albedo }),
     }
 }

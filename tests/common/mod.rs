@@ -66,7 +66,7 @@ pub fn object_mut<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Object {
 pub fn rect(scene: &Scene, name: &str) -> Rect {
     match scene.objects[scene.object_index(name).unwrap()].geometry {
         Geometry::Rect(rect) => rect,
-        Geometry::Mesh(_) => panic!("{name} is a mesh"),
+        _ => panic!("{name} is not a rect"),
     }
 }
 

@@ -84,7 +84,7 @@ impl Contender {
         let triangles = (scene.objects.iter())
             .map(|object| match &object.geometry {
                 Geometry::Mesh(mesh) => mesh.triangles.len(),
-                Geometry::Rect(_) => 0,
+                _ => 0,
             })
             .sum::<usize>() as f64;
         let patches = triangles.max(effort * f64::from(self.samples));

@@ -335,6 +335,7 @@ pub fn transformed(scale: f64, shift: DVec3) -> Scene {
                 rect.edge_u *= scale;
                 rect.edge_v *= scale;
             }
+            Geometry::Waves(_) => unreachable!("it has a ring and a floor"),
         }
     }
     scene
