@@ -132,7 +132,10 @@ mod tests {
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
         near(fresnel_dielectric(1.0, 1.0 / 1.5), 0.04);
         near(fresnel_dielectric(0.0, 1.0 / 1.5), 1.0);
-        near(fresnel_conductor(1.0, 0.2, 3.0), (0.64 + 9.0) / (1.44 + 9.0));
+        near(
+            fresnel_conductor(1.0, 0.2, 3.0),
+            (0.64 + 9.0) / (1.44 + 9.0),
+        );
         near(fresnel_conductor(0.0, 0.2, 3.0), 1.0);
         let brewster = f64::atan(1.5);
         let across = ((1.5f64.powi(2) - 1.0) / (1.5f64.powi(2) + 1.0)).powi(2);

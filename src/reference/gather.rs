@@ -160,7 +160,10 @@ impl<'a> Gathering<'a> {
             .map(|patch| {
                 let middle = &patch.triangles[patch.triangles.len() / 2];
                 // u = 4/9, v = 1/2 is the centroid.
-                let paths = self.transport(y, middle, 4.0 / 9.0, 0.5).into_iter().flatten();
+                let paths = self
+                    .transport(y, middle, 4.0 / 9.0, 0.5)
+                    .into_iter()
+                    .flatten();
                 let light: f64 = paths.map(|light| light.irradiance.element_sum()).sum();
                 light * patch.by_area.total()
             })
@@ -200,14 +203,22 @@ impl<'a> Gathering<'a> {
 
     /// Light by reflection and by refraction at a point of a mirror to `y`, if nothing blocks it.
     /// It comes from where light from `y` would go.
-    fn transport(&self, y: DVec3, triangle: &MirrorTriangle, u: f64, v: f64) -> [Option<Transport>; 2] {
+    fn transport(
+        &self,
+        y: DVec3,
+        triangle: &MirrorTriangle,
+        u: f64,
+        v: f64,
+    ) -> [Option<Transport>; 2] {
         let x = triangle.point(u, v);
         let to_receiver = y - x.position;
         let distance_squared = to_receiver.length_squared();
         let distance = distance_squared.sqrt();
         let out = to_receiver / distance;
-        let (cosine_x, cosine_y) =
-            (x.normal.dot(out).abs(), -self.problem.receiver.normal().dot(out));
+        let (cosine_x, cosine_y) = (
+            x.normal.dot(out).abs(),
+            -self.problem.receiver.normal().dot(out),
+        );
         if cosine_y <= 0.0 {
             return [None, None];
         }

@@ -54,9 +54,8 @@ impl Surface {
         let (reflected, refracted) = match *self {
             Self::Mirror(reflectance) => (reflected(reflectance), None),
             Self::Conductor { index, extinction } => {
-                let share = |channel: usize| {
-                    fresnel_conductor(cosine, index[channel], extinction[channel])
-                };
+                let share =
+                    |channel: usize| fresnel_conductor(cosine, index[channel], extinction[channel]);
                 (reflected(DVec3::new(share(0), share(1), share(2))), None)
             }
             Self::Dielectric(ior) => {
@@ -73,10 +72,7 @@ impl Surface {
         // Nothing leaves into the flat triangle.
         let before = |leaving: &Leaving| geometric.dot(leaving.direction) > 0.0;
         let behind = |leaving: &Leaving| geometric.dot(leaving.direction) < 0.0;
-        [
-            Some(reflected).filter(before),
-            refracted.filter(behind),
-        ]
+        [Some(reflected).filter(before), refracted.filter(behind)]
     }
 }
 

@@ -160,14 +160,14 @@ impl<'a> LightTracing<'a> {
         let blocked = |direction, length| {
             (self.problem).blocked(point.position, direction, length, triangle.blocker)
         };
-        let leaving = (triangle.surface).leaving(
-            light.direction,
-            point.normal,
-            triangle.geometric_normal,
-        );
+        let leaving =
+            (triangle.surface).leaving(light.direction, point.normal, triangle.geometric_normal);
         leaving.map(|leaving| {
             let leaving = leaving?;
-            let (texel, distance) = self.problem.receiver.hit(point.position, leaving.direction)?;
+            let (texel, distance) = self
+                .problem
+                .receiver
+                .hit(point.position, leaving.direction)?;
             if blocked(leaving.direction, distance) || blocked(light.direction, f64::INFINITY) {
                 return None;
             }

@@ -119,7 +119,10 @@ impl DeviceScene {
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
         let (reflectors, patch_count) = reflectors(scene, &soup, &suns, all_lit, settings.samples)?;
         let refracts = (scene.objects.iter()).any(|object| {
-            matches!(scene.materials[object.material].kind, MaterialKind::Dielectric { .. })
+            matches!(
+                scene.materials[object.material].kind,
+                MaterialKind::Dielectric { .. }
+            )
         });
         let trace = can_block(scene, &meshes);
         if !trace {

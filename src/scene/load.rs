@@ -51,11 +51,23 @@ const MAX_QUADS: i64 = 4096;
 const MAX_SLOPE: f64 = 1.0;
 /// Complex indices of refraction by name: (name, index, extinction), each at 650, 550 and 450 nm.
 pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
-    ("aluminium", [1.3456, 0.96521, 0.61722], [7.4746, 6.3995, 5.3031]),
+    (
+        "aluminium",
+        [1.3456, 0.96521, 0.61722],
+        [7.4746, 6.3995, 5.3031],
+    ),
     ("brass", [0.444, 0.527, 1.094], [3.695, 2.765, 1.829]),
-    ("copper", [0.27105, 0.67693, 1.3164], [3.6092, 2.6248, 2.2921]),
+    (
+        "copper",
+        [0.27105, 0.67693, 1.3164],
+        [3.6092, 2.6248, 2.2921],
+    ),
     ("gold", [0.18299, 0.42108, 1.3734], [3.4242, 2.3459, 1.7704]),
-    ("silver", [0.15943, 0.14512, 0.13547], [3.9291, 3.19, 2.3808]),
+    (
+        "silver",
+        [0.15943, 0.14512, 0.13547],
+        [3.9291, 3.19, 2.3808],
+    ),
 ];
 /// Coordinates, m.
 const METRES: RangeInclusive<f64> = -1e9..=1e9;
@@ -365,7 +377,10 @@ impl<'a> Loader<'a> {
         }
         if material.is_some_and(|m| self.materials[m].kind.is_specular()) {
             let remedy = "remove `lightmap`, or use a diffuse material";
-            return error("a specular surface keeps no light, so it has no light map", remedy);
+            return error(
+                "a specular surface keeps no light, so it has no light map",
+                remedy,
+            );
         }
         match texels.get_ref().map(light_map_side) {
             [Ok(width), Ok(height)] => Ok([width, height]),
@@ -456,8 +471,7 @@ fn waves(section: &Section, entry: &Spanned<WavesEntry>) -> Result<Waves> {
         .sum();
     if slope > MAX_SLOPE {
         let reason = format!("the waves are too steep: their slope reaches {slope:.3}");
-        let remedy =
-            format!("keep the sum of amplitude × |wave_vector| at {MAX_SLOPE} or below");
+        let remedy = format!("keep the sum of amplitude × |wave_vector| at {MAX_SLOPE} or below");
         return Err(section.error(entry.span(), &reason, &remedy));
     }
     Ok(Waves {

@@ -1,4 +1,4 @@
-//! Material libraries (MTL) of OBJ meshes: `newmtl`, `Kd`, `Ks` and `illum`, read by tobj.
+//! Material libraries (MTL) of OBJ meshes: `newmtl`, `Kd`, `Ks`, `Ni` and `illum`, read by tobj.
 
 use super::MaterialKind;
 use super::asset::{self, at_line};
@@ -23,6 +23,7 @@ pub fn plain(path: &Path, warnings: &mut Vec<String>) -> Result<String> {
         let opaque = || rest.first().and_then(|d| d.parse().ok()) == Some(1.0);
         let well_formed = match keyword {
             "Kd" | "Ks" => rest.len() == 3 && rest.iter().all(|c| c.parse::<f64>().is_ok()),
+            "Ni" => rest.len() == 1 && rest[0].parse::<f64>().is_ok(),
             "newmtl" => !rest.is_empty(),
             "illum" => rest.len() == 1 && rest[0].parse::<u8>().is_ok(),
             _ => {
