@@ -244,7 +244,7 @@ fn bad_scene_files_are_refused_with_their_place() {
         ("mesh = \"part.obj\"", "waves = { origin = [0, 0, 0], edge_u = [1, 0, 0], edge_v = [0, 0, -1] }", "line 32, column 8", "the key `quads` is missing"),
         ("mesh = \"part.obj\"", "waves = { origin = [0, 0, 0], edge_u = [1, 0, 0], edge_v = [0, 0, -1], quads = [8, 0] }", "line 33, column 80", "1 to 4096 quads a side, not 0"),
         ("mesh = \"part.obj\"", "waves = { origin = [0, 0, 0], edge_u = [1, 0, 0], edge_v = [0, 0, -1], quads = [8, 8], sines = [{ amplitude = 1, wave_vector = [2, 0] }] }", "line 33, column 9", "too steep: their slope reaches 2.000"),
-        ("mesh = \"part.obj\"", "waves = { origin = [0, 0, 0], edge_u = [1, 0, 0], edge_v = [0, 0, -1], quads = [8, 8], sines = [{ amplitude = 1 }] }", "line 33, column 98", "the key `wave_vector` is missing"),
+        ("mesh = \"part.obj\"", "waves = { origin = [0, 0, 0], edge_u = [1, 0, 0], edge_v = [0, 0, -1], quads = [8, 8], sines = [{ amplitude = 1 }] }", "line 33, column 97", "the key `wave_vector` is missing"),
         ("rect = {", "mesh = \"part.obj\"\nrect = {", "line 37, column 8", "more than one of `mesh`, `rect` and `waves`"),
         ("name = \"floor\"", "name = \"part\"", "line 37, column 8", "object \"part\": the name is used twice"),
         ("edge_u = [2.0, 0.0, 0.0]", "edge_u = [0, 0, 0]", "line 38, column 8", "an edge of the rect has no length"),

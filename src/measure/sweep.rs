@@ -89,11 +89,11 @@ impl Plan {
         self.texels(scene, receiver, largest.unwrap_or(self.main_side))
     }
 
-    /// Those of [`Plan::sides`] that a scene is worth: finer texels than a quarter of its own show
+    /// Those of [`Plan::sides`] that a scene is worth: finer texels than half its own show
     /// nothing more and take the reference long.
     fn sides_for(&self, scene: &Scene, receiver: usize) -> impl Iterator<Item = u32> {
         let [width, height] = scene.objects[receiver].light_map.expect("a receiver");
-        let most = self.main_side.max(4 * width.max(height));
+        let most = self.main_side.max(2 * width.max(height));
         self.sides.iter().copied().filter(move |&side| side <= most)
     }
 
