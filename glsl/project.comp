@@ -198,16 +198,17 @@ void main() {
         float ratio = turn_toward(patch_, sun.direction);
         vec3 flux[2];
         if (flux_of(patch_, sun, ratio, flux)) {
-            uint targets = push.lobes * push.receiver_count;
-            for (uint target = 0; target < targets; target++) {
-                uint lobe = target / push.receiver_count;
+            uint first_slot = local * 2 * push.lobes * push.receiver_count;
+            for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 if (flux[lobe] == vec3(0.0)) continue;
-                Footprint found[2];
-                uint more = project(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, target % push.receiver_count, found);
-                uint slot = local * 2 * targets + count;
-                if (more > 0) footprints[slot] = found[0];
-                if (more > 1) footprints[slot + 1] = found[1];
-                count += more;
+                for (uint index = 0; index < push.receiver_count; index++) {
+                    Footprint found[2];
+                    uint more = project(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
+                    uint slot = first_slot + count;
+                    if (more > 0) footprints[slot] = found[0];
+                    if (more > 1) footprints[slot + 1] = found[1];
+                    count += more;
+                }
             }
         }
         counts[local] = count;

@@ -40,7 +40,7 @@ const int MOST_SEGMENTS = 32;
 // Rays that wait while another is followed.
 const int MOST_WAITING = 6;
 // Rays that carry less than this share are not followed.
-const float LEAST_WEIGHT = 1e-3;
+const float LEAST_WEIGHT = 1e-6;
 // Rays to each sun's disc that a pixel's samples share, the same number each.
 const uint SUN_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
@@ -128,8 +128,10 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
                 ray = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share);
                 bool passes = beyond != vec3(0.0) && any(greaterThan(through.weight, vec3(LEAST_WEIGHT)));
                 bool returns = any(greaterThan(ray.weight, vec3(LEAST_WEIGHT)));
-                if (passes && returns && count < MOST_WAITING) waiting[count++] = ray;
-                if (passes) ray = through;
+                // The heavier one goes on, the other waits where there is room.
+                bool swaps = passes && (!returns || dot(through.weight, vec3(1.0)) >= dot(ray.weight, vec3(1.0)));
+                if (passes && returns && count < MOST_WAITING) waiting[count++] = swaps ? ray : through;
+                if (swaps) ray = through;
                 ends = !passes && !returns;
             }
         }

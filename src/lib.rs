@@ -1,4 +1,4 @@
-//! nephroid renders caustics: the light that a mirror throws onto other surfaces. It computes
+//! nephroid renders caustics: the light that mirrors and water throw onto other surfaces. It computes
 //! receiver irradiance in physical units on an explicit Vulkan pipeline, and checks it against an
 //! independent reference on the CPU. The method is that of Wand & Straßer (*Real-Time Caustics*,
 //! 2003), with footprints in place of their gather as the default; [`method`] has the equations.

@@ -251,7 +251,7 @@ fn bad_scene_files_are_refused_with_their_place() {
         ("edge_u = [2.0, 0.0, 0.0]", "edge_u = [2, 0, 1e-5]", "line 38, column 8", "not perpendicular"),
         ("edge_u = [2.0, 0.0, 0.0], ", "", "line 37, column 8", "`edge_u` is missing"),
         ("edge_u = [2.0, 0.0, 0.0]", "edge_w = [2, 0, 0]", "line 38, column 37", "unknown field `edge_w`"),
-        ("material = \"plaster\"", "material = \"steel\"", "line 40, column 12", "a mirror receives no light"),
+        ("material = \"plaster\"", "material = \"steel\"", "line 40, column 12", "a specular surface keeps no light"),
         ("material = \"plaster\"\n", "", "line 37, column 8", "`material` is missing"),
         ("[32, 16]", "[0, 16]", "line 40, column 12", "1 to 8192 texels a side, not 0"),
         ("[32, 16]", "[32, 8193]", "line 40, column 12", "1 to 8192 texels a side, not 8193"),

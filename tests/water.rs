@@ -181,6 +181,37 @@ fn waves_focus_where_they_should() {
     );
 }
 
+/// A glass ball: its far side is in the way of what its near side refracts, so that only what it
+/// reflects reaches the floor, and that is what the reference finds.
+#[test]
+fn a_glass_ball_keeps_what_enters_it() {
+    let mut scene = only_receiver(load("ball.toml"), "floor", [32, 32]);
+    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.5 };
+    scene.lights[0].kind = LightKind::Sun {
+        direction: DVec3::new(0.3, -0.4, 0.2).normalize(),
+        irradiance: DVec3::ONE,
+        angular_radius: 0.01,
+    };
+    let truth = image(&solve(&scene, "floor", [32, 32], &options(0.01)));
+    let device = Device::open();
+    let map = device.caustic(&scene, "floor", &footprint(65_536));
+    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.55 };
+    let perturbed = device.caustic(&scene, "floor", &footprint(65_536));
+    assert_error("glass ball", 0.04, l1(&map, &truth), l1(&perturbed, &truth));
+}
+
+/// An environment alone throws no caustic by footprints: the map is black, not what was in memory.
+#[test]
+fn water_without_a_sun_is_dark() {
+    let mut scene = only_receiver(load("ball.toml"), "floor", [32, 32]);
+    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.5 };
+    let device = Device::open();
+    for of in [Method::Footprint, Method::Beams, Method::Points] {
+        let map = device.caustic(&scene, "floor", &method(of, 4096));
+        assert!(map.pixels.iter().all(|&rgb| rgb == [0.0; 3]));
+    }
+}
+
 /// Waves move: after a time they are where their phases say.
 #[test]
 fn waves_travel_with_their_speed() {

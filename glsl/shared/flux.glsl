@@ -35,12 +35,14 @@ bool flux_of(Patch patch_, Sun sun, float ratio, out vec3 flux[2]) {
         vec2 st = MIDPOINTS[i];
         vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
         float here = max(dot(n, sun.direction), 0.0);
+        if (here == 0.0) continue;
         cosine += here / 3.0;
         reflected += here / 3.0 * reflected_share(object, here, ratio);
     }
     if (cosine <= 0.0) return false;
     if (push.trace != 0 && occluded(patch_.position, sun.direction, FAR, patch_.triangle)) return false;
     if (reflects) flux[0] = sun.irradiance * patch_.area * reflected;
-    if (ratio > 0.0) flux[1] = sun.irradiance * patch_.area * (cosine - reflected);
+    bool passes = ratio > 0.0 && dot(geometric, sent(sun.direction, normalize(patch_.normal), ratio)) < 0.0;
+    if (passes) flux[1] = sun.irradiance * patch_.area * (cosine - reflected);
     return true;
 }

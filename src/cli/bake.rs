@@ -22,7 +22,7 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Component {
-    /// Light that met exactly one mirror
+    /// Light that met exactly one specular surface
     Caustic,
     /// Light straight from suns and environment
     Direct,

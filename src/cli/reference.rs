@@ -13,7 +13,7 @@ use std::time::Instant;
 
 /// Compute a receiver's caustic irradiance on the CPU, as ground truth
 ///
-/// Writes the light that met exactly one mirror as 32-bit float EXR in W/m²: channels R, G, B,
+/// Writes the light that met exactly one specular surface as 32-bit float EXR in W/m²: channels R, G, B,
 /// and their standard error as error.R, error.G, error.B. Last row at v = 0, column 0 at u = 0.
 #[derive(Args)]
 pub struct Arguments {

@@ -320,6 +320,11 @@ pub fn sweep(
                 ..curve.settings.clone()
             };
             let mut renderer = Renderer::new(context, &scene, &settings)?;
+            let too_many = 4 * plan.most_pinhole_patches;
+            if settings.method == Method::Pinhole && renderer.samples() > too_many {
+                // There is at least one patch a triangle, and frames would take minutes.
+                continue;
+            }
             let same = measured[index].last();
             if same.is_some_and(|last| last.point.samples == u64::from(renderer.samples())) {
                 // There is at least one patch a triangle, however few are asked for.
@@ -633,7 +638,7 @@ fn verdicts(
             None => {}
         }
     }
-    let why_slow = "a frame took too long with a smaller light map";
+    let why_slow = "a frame takes too long";
     for (labels, why) in [
         (slow.as_slice(), why_slow),
         (dark, "they throw no light from environments"),

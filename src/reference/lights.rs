@@ -93,13 +93,11 @@ impl Emitter {
     pub fn flux_onto(&self, triangle: &MirrorTriangle) -> f64 {
         match self {
             Self::Sun(sun) => {
-                let side = match triangle.geometric_normal.dot(sun.direction) < 0.0
-                    && triangle.surface.has_two_sides()
-                {
-                    true => -1.0,
-                    false => 1.0,
+                let cosine = |normal: DVec3| {
+                    let cosine = normal.dot(sun.direction);
+                    let both = triangle.surface.has_two_sides();
+                    (if both { cosine.abs() } else { cosine }) + sun.sine_of_radius
                 };
-                let cosine = |normal: DVec3| side * normal.dot(sun.direction) + sun.sine_of_radius;
                 let facing = triangle.normals.map(cosine).into_iter().fold(0.0, f64::max);
                 if cosine(triangle.geometric_normal) <= 0.0 {
                     return 0.0;

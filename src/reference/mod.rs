@@ -1,5 +1,5 @@
 //! Ground truth on the CPU, in f64: the irradiance of a receiver from light that met exactly one
-//! mirror,
+//! specular surface, here a mirror,
 //!
 //! ```text
 //! E(y) = ∫_S L(ω(x,y)) F(x) V cosθ_x cosθ_y / |x−y|² dA          [W/m²]
@@ -11,7 +11,8 @@
 //! - Surfaces are their flat triangles. An element dA of a mirror receives E max(n·s, 0) dA from a
 //!   light in direction s, n the interpolated and normalised vertex normal, and reflects about n.
 //!   It reflects nothing where the light or the reflected ray is behind the flat triangle.
-//! - A mirror's back absorbs; a receiver counts what arrives on its front.
+//! - A mirror's back absorbs; a receiver counts what arrives on its front. A transparent surface
+//!   reflects and refracts on both sides (`mirrors.rs`).
 //! - Every triangle of an object that blocks light blocks both legs, from both sides; a mirror's
 //!   own other triangles too. So a coarse concave mirror with smooth normals loses what leaves
 //!   it at a grazing angle into the neighbouring facet.
@@ -120,7 +121,7 @@ impl Problem<'_> {
 }
 
 /// Computes the irradiance of the receiver `scene.objects[receiver]` on `texels` (width, height)
-/// from light that met exactly one mirror.
+/// from light that met exactly one specular surface.
 ///
 /// Calls `progress` now and then, stops soon after `cancel` becomes true.
 ///

@@ -137,7 +137,8 @@ impl Renderer {
         let direct_map = Image::new(context, "direct map", device.atlas, 1, Sampling::Clamp)?;
         let mut notes = device.notes.clone();
         if device.has_environment && settings.method != Method::Pinhole {
-            let note = "the environment throws no caustic: only the method pinhole does that";
+            let note = "the environment throws no caustic, and water lets none of it through: only the \
+                        method pinhole does that";
             notes.push(note.into());
         } else if device.reflector_count == 0 {
             notes.push("no caustic: no mirror faces a light".into());
@@ -260,7 +261,8 @@ impl Renderer {
             }
             r.barrier(Access::TRANSFER_WRITE, Access::BLEND.and(Access::COMPUTE));
         })?;
-        if scene.reflector_count == 0 {
+        let gathers = matches!(self.caustic, Caustic::Pinhole { .. }) && scene.reflector_count > 0;
+        if !draws && !gathers {
             return Ok(());
         }
         match &self.caustic {

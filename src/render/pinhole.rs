@@ -54,7 +54,7 @@ impl Pinhole {
         let patches = scene.patch_count;
         let taps = if scene.has_environment { TAPS } else { 0 };
         let traversal = if scene.trace { TRAVERSAL } else { 0 };
-        let turns = 1 + scene.sun_count + taps + traversal;
+        let turns = 1 + scene.lobes * (scene.sun_count + taps + traversal);
         let batch = (MOST_TURNS / turns).clamp(1, BATCH);
         (0..patches)
             .step_by(batch as usize)
@@ -64,7 +64,7 @@ impl Pinhole {
     /// The receivers' parts for such a batch. One in many pairs of texel and patch traces its rays,
     /// to the light and to the receiver; each looks the light up.
     pub fn parts(scene: &DeviceScene, (_, patches): (u32, u32)) -> Vec<(usize, Part)> {
-        scene.receiver_parts(patches.into())
+        scene.receiver_parts((scene.lobes * patches).into())
     }
 
     pub fn record(

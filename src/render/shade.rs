@@ -44,8 +44,10 @@ impl Shade {
         let of_sample = 1 + ENVIRONMENT_RAYS * u64::from(scene.has_environment);
         // Each sample has one to each sun at least.
         let of_suns = SUN_RAYS.max(samples) * u64::from(scene.sun_count);
+        // Where light is let through, a sample splits into as many rays as wait, and one.
+        let splits = if scene.lobes > 1 { 7 } else { 1 };
         let size = [self.view.width, self.view.height];
-        parts(size, samples * of_sample + of_suns)
+        parts(size, splits * (samples * of_sample + of_suns))
     }
 
     /// A part of the picture of `camera` with `side`² samples a pixel.

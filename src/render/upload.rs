@@ -476,8 +476,8 @@ fn faces(triangle: &layout::Triangle, normals: &layout::Normals, sun: &layout::S
 }
 
 /// Whether light can be blocked on its way to a mirror or from there to a receiver. It cannot
-/// where the only thing that casts shadows is one mirror of which every face sees all others
-/// from behind: flat or convex.
+/// where the only thing that casts shadows is one surface of which every face sees all others
+/// from behind: flat or convex, or if it lets light through, flat.
 fn can_block(scene: &Scene, meshes: &[Cow<Mesh>]) -> bool {
     /// Pairs of faces and vertices worth comparing.
     const MOST_PAIRS: usize = 200_000_000;
@@ -486,9 +486,11 @@ fn can_block(scene: &Scene, meshes: &[Cow<Mesh>]) -> bool {
         .iter()
         .zip(meshes)
         .filter(|(object, _)| object.blocks_light);
-    let Some((_, mesh)) = blocking.next() else {
+    let Some((object, mesh)) = blocking.next() else {
         return false;
     };
+    let material = &scene.materials[object.material].kind;
+    let two_sided = matches!(material, MaterialKind::Dielectric { .. });
     if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > MOST_PAIRS {
         return true;
     }
@@ -500,9 +502,11 @@ fn can_block(scene: &Scene, meshes: &[Cow<Mesh>]) -> bool {
     mesh.triangles.iter().any(|corners| {
         let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        mesh.positions
-            .iter()
-            .any(|p| normal.dot(*p - a) > 1e-9 * size)
+        mesh.positions.iter().any(|p| {
+            let height = normal.dot(*p - a);
+            let height = if two_sided { height.abs() } else { height };
+            height > 1e-9 * size
+        })
     })
 }
 

@@ -38,6 +38,7 @@ use super::{environment, light_map_side, mesh, obj};
 use crate::error::Result;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
+use std::f64::consts::FRAC_PI_2;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,8 +46,11 @@ use toml::Spanned;
 
 /// Bytes of a scene file.
 const MAX_BYTES: u64 = 16 << 20;
-/// Quads of waves along a side.
+/// Quads of waves along a side, and in all: a mesh of 8 million triangles takes some 5 GB.
 const MAX_QUADS: i64 = 4096;
+const MAX_ALL_QUADS: i64 = 1 << 22;
+/// Sines of waves.
+const MAX_SINES: usize = 1000;
 /// Of a sum of sines: beyond, a wave's back would be hidden by its crest at 45°.
 const MAX_SLOPE: f64 = 1.0;
 /// Complex indices of refraction by name: (name, index, extinction), each at 650, 550 and 450 nm.
@@ -309,7 +313,11 @@ impl<'a> Loader<'a> {
                 let edges = [&keys.origin, &keys.edge_u, &keys.edge_v];
                 Geometry::Rect(rect(&section, entry.span(), edges)?)
             }
-            (None, None, Some(entry)) => Geometry::Waves(waves(&section, entry)?),
+            (None, None, Some(entry)) => {
+                let waves = waves(&section, entry)?;
+                self.warn_of_coarse_waves(&section.owner, &waves);
+                Geometry::Waves(waves)
+            }
             (mesh, rect, waves) => {
                 let reason = match (mesh, rect, waves) {
                     (None, None, None) => "it has no `mesh`, `rect` or `waves`",
@@ -326,6 +334,20 @@ impl<'a> Loader<'a> {
             blocks_light: entry.blocks_light.unwrap_or(true),
         });
         Ok(())
+    }
+
+    /// Warns of sines that have fewer than four quads in a wavelength.
+    fn warn_of_coarse_waves(&mut self, owner: &str, waves: &Waves) {
+        let extent = DVec2::new(waves.rect.edge_u.length(), waves.rect.edge_v.length());
+        let quad = extent / DVec2::from(waves.quads.map(f64::from));
+        let coarse = |sine: &&Sine| (sine.wave_vector * quad).abs().max_element() > FRAC_PI_2;
+        let count = waves.sines.iter().filter(coarse).count();
+        if count > 0 {
+            self.warnings.push(format!(
+                "{}: {owner}: {count} of its sines have fewer than four quads in a wavelength",
+                self.source.path.display()
+            ));
+        }
     }
 
     /// Adds the parts of a mesh; `material` holds for all of it.
@@ -433,7 +455,7 @@ impl<'a> Loader<'a> {
 fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {
     let Some(metal) = &entry.metal else {
         return Ok(MaterialKind::Conductor {
-            index: section.triple("index", &entry.index, 0.0..=100.0)?,
+            index: section.triple("index", &entry.index, 0.001..=100.0)?,
             extinction: section.triple("extinction", &entry.extinction, 0.0..=100.0)?,
         });
     };
@@ -463,6 +485,15 @@ fn waves(section: &Section, entry: &Spanned<WavesEntry>) -> Result<Waves> {
     if let Some(count) = (quads.get_ref().iter()).find(|count| !(1..=MAX_QUADS).contains(*count)) {
         let reason = format!("quads: waves have 1 to {MAX_QUADS} quads a side, not {count}");
         return Err(section.error(quads.span(), &reason, "correct the number"));
+    }
+    let [columns, rows] = *quads.get_ref();
+    if columns * rows > MAX_ALL_QUADS {
+        let reason = format!("quads: {columns} × {rows} are more than {MAX_ALL_QUADS}");
+        return Err(section.error(quads.span(), &reason, "lower one of the numbers"));
+    }
+    if keys.sines.len() > MAX_SINES {
+        let reason = format!("sines: {} are more than {MAX_SINES}", keys.sines.len());
+        return Err(section.error(entry.span(), &reason, "leave the smallest ones out"));
     }
     let sines: Result<Vec<Sine>> = keys.sines.iter().map(|s| sine(section, s)).collect();
     let sines = sines?;
