@@ -62,9 +62,9 @@ impl Plan {
             main_side: 256,
             step: 4,
             most_patches: 1 << 20,
-            most_points: 1 << 24,
+            most_points: 1 << 22,
             most_pinhole_patches: 4096,
-            seconds: 0.3,
+            seconds: 0.2,
             reference_error: 0.015,
         }
     }
@@ -113,7 +113,7 @@ impl Plan {
         let texels = u64::from(width) * u64::from(height);
         let (most, suit) = match method {
             Method::Pinhole => (self.most_pinhole_patches, 0..=u64::MAX),
-            Method::Points => (self.most_points, texels..=4 * u64::from(self.most_patches)),
+            Method::Points => (self.most_points, texels..=64 * texels),
             _ => (self.most_patches, texels / 16..=16 * texels),
         };
         std::iter::successors(Some(256u32), |samples| samples.checked_mul(self.step))
