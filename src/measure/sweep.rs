@@ -20,6 +20,8 @@ use std::time::Instant;
 const SLOW: f64 = 1.0;
 /// The same for `points`, the baseline, so that it comes as far as what it is compared with.
 const SLOW_POINTS: f64 = 4.0;
+/// And for `pinhole`, which has four curves, and whose frames grow with texels times patches.
+const SLOW_PINHOLE: f64 = 0.25;
 /// Frames of other settings.
 const FRAMES: [f64; 2] = [3.0, 50.0];
 /// Times at which methods are shown side by side, s.
@@ -203,6 +205,7 @@ fn curves(method: Method) -> Vec<Curve> {
             let mut curve = curve(label, pinhole_reason(epsilon, filter));
             curve.settings.epsilon = epsilon;
             curve.settings.filter = filter;
+            curve.slow_frame = SLOW_PINHOLE;
             curve
         })
         .collect(),
