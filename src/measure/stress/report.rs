@@ -99,7 +99,7 @@ fn table(report: &Report) -> String {
 }
 
 const STYLE: &str = "
-.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(330px, 1fr)); gap: .4rem; }
+.plots { display: grid; grid-template-columns: repeat(auto-fill, minmax(330px, 1fr)); gap: .4rem; }
 .plots .plot { height: 330px; min-width: 0; }
 .words li { max-width: 46rem; margin-bottom: .35rem; }
 ";
