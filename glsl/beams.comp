@@ -110,12 +110,12 @@ void main() {
     float ratio = turn_toward(patch_, sun.direction);
     vec3 flux[2];
     flux_of(patch_, sun, ratio, flux);
-    uint targets = push.lobes * push.receiver_count;
-    for (uint target = 0; target < targets; target++) {
-        uint lobe = target / push.receiver_count;
-        Receiver receiver = receivers[target % push.receiver_count];
-        Beam beam = NONE;
-        if (flux[lobe] != vec3(0.0)) beam = beam_of(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, receiver);
-        beams[local * targets + target] = beam;
+    uint slot = local * push.lobes * push.receiver_count;
+    for (uint lobe = 0; lobe < push.lobes; lobe++) {
+        for (uint index = 0; index < push.receiver_count; index++) {
+            Beam beam = NONE;
+            if (flux[lobe] != vec3(0.0)) beam = beam_of(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, receivers[index]);
+            beams[slot++] = beam;
+        }
     }
 }

@@ -69,14 +69,11 @@ void main() {
 
     vec3 geometric = cross(triangle.edge1, triangle.edge2);
     Object object = objects[triangle.object];
-    float ratio = 0.0;
-    if (object.kind == DIELECTRIC) {
-        bool front = dot(geometric, s) >= 0.0;
-        ratio = front ? 1.0 / object.index.x : object.index.x;
-        if (!front) {
-            geometric = -geometric;
-            n = -n;
-        }
+    bool front = dot(geometric, s) >= 0.0;
+    float ratio = ratio_of(object, front);
+    if (ratio > 0.0 && !front) {
+        geometric = -geometric;
+        n = -n;
     }
     float cosine = dot(n, s);
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;

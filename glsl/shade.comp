@@ -115,7 +115,7 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
             if (object.kind == DIFFUSE) {
                 if (front) sum += ray.weight * object.color / PI * diffuse_irradiance(object, x, n, hit.triangle, pixel_sample);
             } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MOST_BOUNCES) {
-                float ratio = object.kind != DIELECTRIC ? 0.0 : front ? 1.0 / object.index.x : object.index.x;
+                float ratio = ratio_of(object, front);
                 if (!front) {
                     n = -n;
                     geometric = -geometric;

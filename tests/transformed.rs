@@ -10,25 +10,6 @@ use glam::DVec3;
 use nephroid::render::Method;
 use nephroid::scene::{Geometry, LightKind, Scene};
 
-/// The scene `scale` times as large, then moved.
-fn transformed(mut scene: Scene, scale: f64, shift: DVec3) -> Scene {
-    let place = |p: &mut DVec3| *p = scale * *p + shift;
-    place(&mut scene.camera.position);
-    place(&mut scene.camera.target);
-    for object in &mut scene.objects {
-        match &mut object.geometry {
-            Geometry::Mesh(mesh) => mesh.positions.iter_mut().for_each(place),
-            Geometry::Rect(rect) => {
-                place(&mut rect.origin);
-                rect.edge_u *= scale;
-                rect.edge_v *= scale;
-            }
-            Geometry::Waves(_) => panic!("no scene here has waves"),
-        }
-    }
-    scene
-}
-
 /// E does not depend on where a scene is and how large: nothing in it has a length of its own.
 /// (Points that are rounded otherwise are other points, so only their noise would be compared.)
 #[test]
@@ -47,7 +28,7 @@ fn place_and_size_do_not_matter() {
             ("a thousandth", 1e-3, DVec3::ZERO),
             ("a thousand times", 1e3, DVec3::ZERO),
         ] {
-            let there = map(&transformed(scene.clone(), scale, shift));
+            let there = map(&scene.clone().transformed(scale, shift));
             assert_physical(&there);
             let what = format!("ring, {method_:?}, {what}, L1");
             assert_error(&what, 0.002, l1(&there, &here), perturbed);

@@ -8,17 +8,17 @@ const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, v
 // Turns a patch that lets light through toward the direction s. Returns the index of refraction on
 // that side over that beyond; 0 for a patch that only reflects.
 float turn_toward(inout Patch patch_, vec3 s) {
-    Object object = objects[patch_.object];
-    if (object.kind != DIELECTRIC) return 0.0;
     vec3 edge = patch_.edge1;
     vec3 bend = patch_.bend1;
-    if (dot(cross(edge, patch_.edge2), s) >= 0.0) return 1.0 / object.index.x;
+    bool front = dot(cross(edge, patch_.edge2), s) >= 0.0;
+    float ratio = ratio_of(objects[patch_.object], front);
+    if (ratio == 0.0 || front) return ratio;
     patch_.normal = -patch_.normal;
     patch_.edge1 = patch_.edge2;
     patch_.bend1 = -patch_.bend2;
     patch_.edge2 = edge;
     patch_.bend2 = -bend;
-    return object.index.x;
+    return ratio;
 }
 
 // Flux that the patch reflects and lets through, W: E A cos(theta) times the share, averaged over

@@ -11,6 +11,13 @@ vec3 mirrored_change(vec3 s, vec3 n, vec3 ds, vec3 dn) {
     return 2.0 * (dot(dn, s) + dot(n, ds)) * n + 2.0 * dot(n, s) * dn - ds;
 }
 
+// Index of refraction on the side of the light over that beyond, for light on the front or behind;
+// 0 for a surface that only reflects.
+float ratio_of(Object object, bool front) {
+    if (object.kind != DIELECTRIC) return 0.0;
+    return front ? 1.0 / object.index.x : object.index.x;
+}
+
 // Direction that light from s takes at a surface with the unit normal n on its side: mirrored for
 // ratio 0, otherwise refracted, `ratio` the index of refraction on the side of s over that beyond.
 // Zero where all light is reflected.

@@ -1,10 +1,10 @@
 //! `nephroid chart`: speed against accuracy.
 
-use super::{cancel_on_ctrl_c, load_scene, print};
+use super::files::make_folder;
+use super::{cancel_on_ctrl_c, load_scene, print, progress_bar};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions};
-use nephroid::image_file::check_writable;
 use nephroid::measure::chart::{Chart, Peer, SceneChart, read_peers, write};
 use nephroid::measure::sweep::{Plan, Step, Subject, sweep};
 use nephroid::reference::{Options, cached_caustic};
@@ -61,7 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             eprintln!("warning: {}: no scene `{}` here", peer.name, peer.scene);
         }
     }
-    check_folder(&arguments.output)?;
+    let files = ["html", "svg", "csv", "json"].map(|kind| format!("chart.{kind}"));
+    make_folder(&arguments.output, &files)?;
     let context = Context::new(&ContextOptions {
         device: arguments.device.clone(),
         validate: false,
@@ -73,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut chart = Chart::new(context.info());
     let cancel = cancel_on_ctrl_c();
-    let bar = progress_bar(scenes.len());
+    let bar = progress_bar(BAR as u64 * scenes.len() as u64);
     let mut result = Ok(());
     for (index, scene) in scenes.iter().enumerate() {
         let measured = measure(&context, scene, &plan, &bar, index, cancel);
@@ -240,18 +241,6 @@ fn find_receiver(file: &Path, scene: &Scene, name: Option<&str>) -> Result<usize
     })
 }
 
-/// Makes the folder, and finds out whether the chart can be written there.
-fn check_folder(folder: &Path) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|error| Error::Output {
-        file: folder.to_owned(),
-        reason: error.to_string(),
-        remedy: "name a folder that you may write to".into(),
-    })?;
-    ["html", "svg", "csv", "json"]
-        .into_iter()
-        .try_for_each(|kind| check_writable(&folder.join("chart").with_extension(kind)))
-}
-
 /// Onto the plots of the light maps that all methods are measured on.
 fn add_peers(charts: &mut [SceneChart], peers: &[Peer], plan: &Plan) {
     for chart in charts {
@@ -260,13 +249,4 @@ fn add_peers(charts: &mut [SceneChart], peers: &[Peer], plan: &Plan) {
             chart.peers = own.cloned().collect();
         }
     }
-}
-
-/// On stderr, and only if that is a terminal.
-fn progress_bar(scenes: usize) -> ProgressBar {
-    let length = (BAR * scenes as f64) as u64;
-    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg} {eta} left");
-    bar.set_style(style.expect("the template is valid"));
-    bar
 }

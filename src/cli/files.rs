@@ -75,3 +75,13 @@ pub fn has_extension(path: &Path, wanted: &str) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
+
+/// Makes a folder, and finds out before the work whether these files can be written there.
+pub fn make_folder(folder: &Path, files: &[impl AsRef<Path>]) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|error| Error::Output {
+        file: folder.to_owned(),
+        reason: error.to_string(),
+        remedy: "name a folder that you may write to".into(),
+    })?;
+    (files.iter()).try_for_each(|file| check_writable(&folder.join(file)))
+}

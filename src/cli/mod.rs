@@ -11,6 +11,7 @@ mod render;
 mod stress;
 
 use clap::{Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use nephroid::scene::{self, MAX_LIGHT_MAP_SIDE, Scene, light_map_side};
 use nephroid::{Error, Result};
 use std::io::Write;
@@ -112,6 +113,14 @@ pub fn cancel_on_ctrl_c() -> &'static AtomicBool {
         eprintln!("warning: Ctrl-C will end the program at once: {error}");
     }
     &CANCEL
+}
+
+/// A bar of `length` steps, on stderr, and only if that is a terminal.
+pub fn progress_bar(length: u64) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg} {eta} left");
+    bar.set_style(style.expect("the template is valid"));
+    bar
 }
 
 /// Prints a result. A reader that stopped listening is no error.

@@ -1,9 +1,9 @@
 //! `nephroid reference`: ground truth on the CPU.
 
 use super::files::MapFiles;
-use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json};
+use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json, progress_bar};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use nephroid::Result;
 use nephroid::image_file::{Layer, RgbImage, write_exr};
 use nephroid::reference::{Map, Options, Progress, cached_caustic, caustic};
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         seed: arguments.seed,
     };
     let start = Instant::now();
-    let bar = progress_bar();
+    let bar = progress_bar(BAR as u64);
     let mut progress = |progress: &Progress| show(&bar, progress);
     let cancel = cancel_on_ctrl_c();
     let solve = match arguments.no_cache {
@@ -146,16 +146,11 @@ fn to_f32(map: &Map) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// On stderr, and only if that is a terminal.
-fn progress_bar() -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg} {eta} left");
-    bar.set_style(style.expect("the template is valid"));
-    bar
-}
+/// Steps of the bar.
+const BAR: f64 = 1000.0;
 
 fn show(bar: &ProgressBar, progress: &Progress) {
-    bar.set_position((1000.0 * progress.fraction) as u64);
+    bar.set_position((BAR * progress.fraction) as u64);
     let million = progress.samples as f64 / 1e6;
     if progress.relative_error.is_finite() {
         let percent = 100.0 * progress.relative_error;

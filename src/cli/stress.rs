@@ -1,10 +1,9 @@
 //! `nephroid stress`: error where methods fail.
 
-use super::{cancel_on_ctrl_c, print};
+use super::files::make_folder;
+use super::{cancel_on_ctrl_c, print, progress_bar};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use nephroid::gpu::{Context, ContextOptions};
-use nephroid::image_file::check_writable;
 use nephroid::measure::machine;
 use nephroid::measure::stress::{
     CONTENDERS, Report, SCHEMA, Sweep, run as measure, sweeps, verdicts, write,
@@ -35,7 +34,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let sweeps = chosen(&arguments.only, arguments.quick)?;
     let folder = arguments.output.as_path();
-    make_folder(folder)?;
+    make_folder(folder, &["stress.html"])?;
     let context = Context::new(&ContextOptions {
         device: arguments.device.clone(),
         validate: false,
@@ -92,24 +91,6 @@ fn chosen(names: &[String], quick: bool) -> Result<Vec<Sweep>> {
         true => chosen.map(Sweep::quick).collect(),
         false => chosen.collect(),
     })
-}
-
-/// Finds out before the work whether the report can be written.
-fn make_folder(folder: &Path) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|error| Error::Output {
-        file: folder.to_owned(),
-        reason: error.to_string(),
-        remedy: "name a folder that you may write to".into(),
-    })?;
-    check_writable(&folder.join("stress.html"))
-}
-
-/// On stderr, and only if that is a terminal.
-fn progress_bar(steps: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg} {eta} left");
-    bar.set_style(style.expect("the template is valid"));
-    bar
 }
 
 fn summarise(report: &Report, folder: &Path) {

@@ -3,6 +3,7 @@
 
 use super::Area;
 use super::layout::{Beam, BeamsDrawPush, BeamsPush};
+use super::parts::batches;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
@@ -30,10 +31,6 @@ impl Beams {
         let pairs = scene.patch_count * scene.sun_count;
         let bytes = u64::from(scene.targets()) * size_of::<Beam>() as u64;
         let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
-        let batches = (0..pairs)
-            .step_by(batch as usize)
-            .map(|first| (first, batch.min(pairs - first)))
-            .collect();
         let beams = Buffer::new(context, "beams", u64::from(batch.min(pairs)) * bytes)?;
         let beams = ("beams", Resource::Buffer(&beams));
         let own = [("patches", Resource::Buffer(patches)), beams];
@@ -48,7 +45,7 @@ impl Beams {
         Ok(Self {
             map,
             draw,
-            batches,
+            batches: batches(pairs, batch).collect(),
             area,
         })
     }

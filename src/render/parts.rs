@@ -53,6 +53,13 @@ pub fn parts([width, height]: [u32; 2], rays: u64) -> impl Iterator<Item = Part>
         })
 }
 
+/// (first, number) of the runs of at most `most` things that `count` things are worked through in.
+pub fn batches(count: u32, most: u32) -> impl Iterator<Item = (u32, u32)> {
+    (0..count)
+        .step_by(most.max(1) as usize)
+        .map(move |first| (first, most.min(count - first)))
+}
+
 /// Rays recorded since the last submission.
 #[derive(Default)]
 pub struct Load(u64);

@@ -3,7 +3,7 @@
 use super::Settings;
 use super::kernel::{SPREAD, profiles};
 use super::layout::PinholePush;
-use super::parts::Part;
+use super::parts::{Part, batches};
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
@@ -51,14 +51,10 @@ impl Pinhole {
 
     /// (first patch, patches) of each dispatch.
     pub fn batches(scene: &DeviceScene) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let patches = scene.patch_count;
         let taps = if scene.has_environment { TAPS } else { 0 };
         let traversal = if scene.trace { TRAVERSAL } else { 0 };
         let turns = 1 + scene.lobes * (scene.sun_count + taps + traversal);
-        let batch = (MOST_TURNS / turns).clamp(1, BATCH);
-        (0..patches)
-            .step_by(batch as usize)
-            .map(move |first| (first, batch.min(patches - first)))
+        batches(scene.patch_count, (MOST_TURNS / turns).clamp(1, BATCH))
     }
 
     /// The receivers' parts for such a batch. One in many pairs of texel and patch traces its rays,

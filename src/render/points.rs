@@ -2,6 +2,7 @@
 //! plain baseline.
 
 use super::layout::{PointSplat, PointsDrawPush, PointsPush};
+use super::parts::batches;
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
@@ -38,10 +39,6 @@ impl Points {
         };
         let bytes = u64::from(scene.targets()) * size_of::<PointSplat>() as u64;
         let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
-        let batches = (0..all)
-            .step_by(batch as usize)
-            .map(|first| (first, batch.min(all - first)))
-            .collect();
         let splats = Buffer::new(context, "point splats", u64::from(batch.min(all)) * bytes)?;
         let own = [("splats", Resource::Buffer(&splats))];
         let trace = scene.compute(context, &shaders::POINTS_COMP, &own)?;
@@ -56,7 +53,7 @@ impl Points {
             trace,
             draw,
             points,
-            batches,
+            batches: batches(all, batch).collect(),
             _splats: splats,
         })
     }

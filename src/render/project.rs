@@ -3,6 +3,7 @@
 
 use super::kernel::{FLAT_SPREAD, SPREAD, profiles};
 use super::layout::{CompactPush, Footprint, ProjectPush};
+use super::parts::batches;
 use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
@@ -48,9 +49,6 @@ impl Project {
         let batch = (most as u32 / GROUP * GROUP)
             .max(GROUP)
             .min(pairs.next_multiple_of(GROUP));
-        let batches = (0..pairs)
-            .step_by(batch.max(1) as usize)
-            .map(|first| (first, batch.min(pairs - first)));
 
         let footprints = Buffer::new(context, "footprints", u64::from(batch) * bytes)?;
         let counts = Buffer::new(context, "footprint counts", 4 * u64::from(batch))?;
@@ -92,7 +90,7 @@ impl Project {
             arguments,
             coarse,
             steps,
-            batches: batches.collect(),
+            batches: batches(pairs, batch).collect(),
             patch_count: scene.patch_count,
             receiver_count,
             lobes: scene.lobes,

@@ -1,6 +1,7 @@
 //! sample: cuts the mirrors' triangles into patches, the paper's sample points.
 
 use super::layout::{Patch, SamplePush};
+use super::parts::batches;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
@@ -24,13 +25,12 @@ impl Sample {
     }
 
     pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene) {
-        for first_patch in (0..scene.patch_count).step_by(BATCH as usize) {
+        for (first_patch, patches) in batches(scene.patch_count, BATCH) {
             let push = SamplePush {
                 first_patch,
                 patch_count: scene.patch_count,
                 reflector_count: scene.reflector_count,
             };
-            let patches = BATCH.min(scene.patch_count - first_patch);
             recorder.dispatch(&self.pipeline, &push, [patches, 1, 1]);
         }
     }

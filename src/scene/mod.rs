@@ -284,6 +284,32 @@ impl Scene {
         self.objects.iter().position(|object| object.name == name)
     }
 
+    /// The scene `scale` times as large, then moved by `shift` (m).
+    pub fn transformed(mut self, scale: f64, shift: DVec3) -> Self {
+        let place = |p: &mut DVec3| *p = scale * *p + shift;
+        let place_rect = |rect: &mut Rect| {
+            place(&mut rect.origin);
+            rect.edge_u *= scale;
+            rect.edge_v *= scale;
+        };
+        place(&mut self.camera.position);
+        place(&mut self.camera.target);
+        for object in &mut self.objects {
+            match &mut object.geometry {
+                Geometry::Mesh(mesh) => mesh.positions.iter_mut().for_each(place),
+                Geometry::Rect(rect) => place_rect(rect),
+                Geometry::Waves(waves) => {
+                    place_rect(&mut waves.rect);
+                    for sine in &mut waves.sines {
+                        sine.amplitude *= scale;
+                        sine.wave_vector /= scale;
+                    }
+                }
+            }
+        }
+        self
+    }
+
     /// The objects that carry a light map, as (index, rect, texels).
     pub fn receivers(&self) -> impl Iterator<Item = (usize, &Rect, [u32; 2])> {
         self.objects

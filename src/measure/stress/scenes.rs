@@ -323,22 +323,10 @@ pub fn suns(count: f64) -> Scene {
 /// The ring with shadows, so that rays are traced, `scale` times as large and then moved.
 pub fn transformed(scale: f64, shift: DVec3) -> Scene {
     let mut scene = ring_scene(fine_cylinder(), 0.0, SUN);
-    let place = |p: &mut DVec3| *p = scale * *p + shift;
-    place(&mut scene.camera.position);
-    place(&mut scene.camera.target);
     for object in &mut scene.objects {
         object.blocks_light = true;
-        match &mut object.geometry {
-            Geometry::Mesh(mesh) => mesh.positions.iter_mut().for_each(place),
-            Geometry::Rect(rect) => {
-                place(&mut rect.origin);
-                rect.edge_u *= scale;
-                rect.edge_v *= scale;
-            }
-            Geometry::Waves(_) => unreachable!("it has a ring and a floor"),
-        }
     }
-    scene
+    scene.transformed(scale, shift)
 }
 
 #[cfg(test)]
