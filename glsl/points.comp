@@ -21,6 +21,7 @@ layout(push_constant) uniform PointsPush {
     uint receiver_count;
     uint lobes;         // 1: mirrored light; 2: and refracted light
     uint trace;
+    float area;         // of all reflectors, m^2
 } push;
 
 #include "trace.glsl"
@@ -28,14 +29,17 @@ layout(push_constant) uniform PointsPush {
 #include "receiver.glsl"
 #include "sampling.glsl"
 
-
 // Fractions of the integer multiples of 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1: the additive
 // recurrence of lowest discrepancy in five dimensions (Roberts 2018), in units of 2^-32.
 const uint STEPS[5] = uint[](3785032107u, 3335640777u, 2939605023u, 2590590015u, 2283013049u);
 
+uint fraction(uint point, int dimension) {
+    return 0x80000000u + point * STEPS[dimension];
+}
+
+// 24 bits: what a float in [0, 1) holds.
 float coordinate(uint point, int dimension) {
-    // 24 bits: what a float in [0, 1) holds.
-    return float((0x80000000u + point * STEPS[dimension]) >> 8) / 16777216.0;
+    return float(fraction(point, dimension) >> 8) / 16777216.0;
 }
 
 void main() {
@@ -47,13 +51,12 @@ void main() {
     uint targets = push.lobes * push.receiver_count;
     for (uint i = 0; i < targets; i++) splats[local * targets + i].texel = NO_TEXEL;
 
-    // A triangle in proportion to its area.
-    float total = reflectors[push.reflector_count - 1].cumulative_area;
-    float place = coordinate(point, 0) * total;
+    // A triangle in proportion to its area. In integers, so that the scene's size changes none.
+    uint place = fraction(point, 0);
     uint low = 0, high = push.reflector_count - 1;
     while (low < high) {
         uint half_way = (low + high) / 2;
-        if (reflectors[half_way].cumulative_area > place) high = half_way; else low = half_way + 1;
+        if (reflectors[half_way].share_end > place) high = half_way; else low = half_way + 1;
     }
     uint self = reflectors[low].triangle;
     Triangle triangle = triangles[self];
@@ -78,7 +81,7 @@ void main() {
     float cosine = dot(n, s);
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
     vec3 share = reflected_share(object, cosine, ratio);
-    vec3 arriving = sun.irradiance * (cosine * total / float(push.points));
+    vec3 arriving = sun.irradiance * (cosine * push.area / float(push.points));
     bool lit = false;
     for (uint target = 0; target < targets; target++) {
         bool refracts = target >= push.receiver_count;

@@ -76,7 +76,7 @@ struct Reflector {
     uint triangle;
     uint first_patch;
     uint subdivision;
-    float cumulative_area; // of all reflectors up to and with this one
+    uint share_end;  // share of the area up to and with this one, in units of 2^-32
 };
 
 // A sample point of a specular surface: a small triangle with interpolated normals.

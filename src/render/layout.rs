@@ -37,7 +37,7 @@ mirrors! {
         edge_v: Vec3, width: u32,
         normal: Vec3, height: u32,
     }
-    Reflector { triangle: u32, first_patch: u32, subdivision: u32, cumulative_area: f32, }
+    Reflector { triangle: u32, first_patch: u32, subdivision: u32, share_end: u32, }
     Patch {
         position: Vec3, triangle: u32,
         normal: Vec3, area: f32,
@@ -72,7 +72,7 @@ mirrors! {
     BeamsDrawPush { atlas_size: Vec2, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
-        reflector_count: u32, receiver_count: u32, lobes: u32, trace: u32,
+        reflector_count: u32, receiver_count: u32, lobes: u32, trace: u32, area: f32,
     }
     PointsDrawPush { atlas_size: Vec2, }
     PinholePush {

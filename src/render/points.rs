@@ -68,6 +68,7 @@ impl Points {
             receiver_count: scene.tiles.len() as u32,
             lobes: scene.lobes,
             trace: u32::from(scene.trace),
+            area: scene.reflector_area,
         };
         recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);
     }

@@ -42,6 +42,8 @@ pub struct DeviceScene {
     /// Of the environment, rad, 0 to 2π.
     pub rotation: f32,
     pub reflector_count: u32,
+    /// m²
+    pub reflector_area: f32,
     /// Ways that light takes at a patch: 2 where some is refracted, otherwise 1.
     pub lobes: u32,
     pub patch_count: u32,
@@ -117,7 +119,7 @@ impl DeviceScene {
         }
 
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
-        let (reflectors, patch_count) = reflectors(scene, &soup, &suns, all_lit, settings.samples)?;
+        let reflectors = reflectors(scene, &soup, &suns, all_lit, settings.samples)?;
         let refracts = (scene.objects.iter()).any(|object| {
             matches!(
                 scene.materials[object.material].kind,
@@ -141,7 +143,7 @@ impl DeviceScene {
             objects: Buffer::with_data(context, "objects", &objects)?,
             suns: Buffer::with_data(context, "suns", &suns)?,
             receivers: Buffer::with_data(context, "receivers", &receivers)?,
-            reflectors: Buffer::with_data(context, "reflectors", &reflectors)?,
+            reflectors: Buffer::with_data(context, "reflectors", &reflectors.list)?,
             environment: Image::with_levels(
                 context,
                 "environment",
@@ -151,9 +153,10 @@ impl DeviceScene {
             sun_count: suns.len() as u32,
             has_environment,
             rotation,
-            reflector_count: reflectors.len() as u32,
+            reflector_count: reflectors.list.len() as u32,
+            reflector_area: reflectors.area as f32,
             lobes: if refracts { 2 } else { 1 },
-            patch_count,
+            patch_count: reflectors.patch_count,
             tiles,
             atlas,
             trace,
@@ -224,6 +227,8 @@ struct Soup {
     normals: Vec<layout::Normals>,
     /// A grid and its nodes, as the shaders' buffer has them.
     nodes: Vec<u8>,
+    /// By triangle: its number in the order of the objects and their meshes.
+    order: Vec<u32>,
 }
 
 impl Soup {
@@ -274,6 +279,7 @@ impl Soup {
                 bytemuck::cast_slice(&bvh.nodes),
             ]
             .concat(),
+            order: bvh.order,
         };
         let mut of_rect = vec![None; scene.objects.len()];
         for index in 0..soup.triangles.len() {
@@ -402,12 +408,21 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<usize>) -> layout:
     }
 }
 
+/// The specular triangles that face a light.
+struct Reflectors {
+    list: Vec<layout::Reflector>,
+    /// Of all.
+    patch_count: u32,
+    /// m²
+    area: f64,
+}
+
 /// The specular triangles that face a light, cut into about `samples` patches, one a triangle at
 /// least.
 ///
 /// All triangles of an object are cut alike, as its mesh was made: where patch sizes jump, the
 /// footprints' sum is uneven. Only a triangle of more than [`LARGE`] times the object's mean area
-/// is cut more finely. Also returns the number of patches.
+/// is cut more finely.
 ///
 /// # Errors
 /// [`Error::Usage`] where there are more pairs of patch and sun than 32 bits count.
@@ -417,7 +432,7 @@ fn reflectors(
     suns: &[layout::Sun],
     all_lit: bool,
     samples: u32,
-) -> Result<(Vec<layout::Reflector>, u32)> {
+) -> Result<Reflectors> {
     /// Leaves room to round up.
     const MOST_PAIRS: u64 = 1 << 31;
     const LARGE: f64 = 4.0;
@@ -436,20 +451,24 @@ fn reflectors(
             objects[object].1 += 1.0;
         }
     }
+    // In the order of the meshes, which unlike that of the hierarchy does not change with rounding:
+    // a scene of another size is cut into the same patches.
+    lit.sort_by_key(|(index, ..)| soup.order[*index as usize]);
     let total: f64 = lit.iter().map(|(_, _, area)| area).sum();
-    let (mut patch_count, mut cumulative_area) = (0u64, 0.0);
+    let (mut patch_count, mut area_so_far) = (0u64, 0.0);
     let mut reflectors = Vec::with_capacity(lit.len());
     for (triangle, object, area) in lit {
         let mean = objects[object].0 / objects[object].1;
         let patches = f64::from(samples) * mean / total;
         let finer = (area / (LARGE * mean)).sqrt().max(1.0);
         let subdivision = (patches.sqrt().round().max(1.0) * finer).round() as u32;
-        cumulative_area += area;
+        area_so_far += area;
         reflectors.push(layout::Reflector {
             triangle,
             first_patch: patch_count as u32,
             subdivision,
-            cumulative_area: cumulative_area as f32,
+            // Casts saturate: the last one ends at 2^32 - 1.
+            share_end: (area_so_far / total * 2f64.powi(32)) as u32,
         });
         patch_count += u64::from(subdivision) * u64::from(subdivision);
         let pairs = patch_count.saturating_mul(suns.len().max(1) as u64);
@@ -462,7 +481,11 @@ fn reflectors(
             });
         }
     }
-    Ok((reflectors, patch_count as u32))
+    Ok(Reflectors {
+        list: reflectors,
+        patch_count: patch_count as u32,
+        area: total,
+    })
 }
 
 /// Whether any part of a sun's disc may shine on the triangle's front.
