@@ -9,7 +9,7 @@ layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
 layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 4) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 6) readonly buffer Reflectors { Reflector reflectors[]; };
 layout(std430, binding = 7) writeonly buffer PointSplats { PointSplat splats[]; };
@@ -24,10 +24,10 @@ layout(push_constant) uniform PointsPush {
 } push;
 
 #include "trace.glsl"
+#include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "sampling.glsl"
-
 
 // Fractions of the integer multiples of 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1: the additive
 // recurrence of lowest discrepancy in five dimensions (Roberts 2018), in units of 2^-32.
@@ -43,7 +43,7 @@ void main() {
     if (local >= push.batch_points) return;
     uint global = push.first_point + local;
     uint point = global % push.points;
-    Sun sun = suns[global / push.points];
+    Light light = suns[global / push.points];
     uint targets = push.lobes * push.receiver_count;
     for (uint i = 0; i < targets; i++) splats[local * targets + i].texel = NO_TEXEL;
 
@@ -65,7 +65,8 @@ void main() {
     vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
     float angle = 2.0 * PI * coordinate(point, 4);
     vec2 in_disc = sqrt(coordinate(point, 3)) * vec2(cos(angle), sin(angle));
-    vec3 s = sun_direction(sun.direction, sun.angular_radius, in_disc);
+    Sun sun = sun_at(light, x);
+    vec3 s = sun_direction(sun, in_disc);
 
     vec3 geometric = cross(triangle.edge1, triangle.edge2);
     Object object = objects[triangle.object];
@@ -78,7 +79,7 @@ void main() {
     float cosine = dot(n, s);
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
     vec3 share = reflected_share(object, cosine, ratio);
-    vec3 arriving = sun.irradiance * (cosine * total / float(push.points));
+    vec3 arriving = light.power * (sun_weight(sun, s) * cosine * total / float(push.points));
     bool lit = false;
     for (uint target = 0; target < targets; target++) {
         bool refracts = target >= push.receiver_count;
@@ -95,7 +96,7 @@ void main() {
         vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
         if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) continue;
         if (push.trace != 0) {
-            if (!lit && occluded(x, s, FAR, self)) return;
+            if (!lit && occluded(x, s, way_to(light, x, s), self)) return;
             lit = true;
             if (occluded(x, hit - x, ALMOST, self)) continue;
         }
