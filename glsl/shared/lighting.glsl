@@ -8,7 +8,9 @@ vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uin
     Sun sun = sun_at(light, x);
     float lit = 0.0;
     for (uint i = 0; i < rays; i++) {
-        vec3 s = sun_direction(sun, disc_point(part + i * parts, rays * parts));
+        uint point = part + i * parts;
+        vec2 p = light.is_lamp == 0 ? disc_point(point, rays * parts) : paired_disc_point(point, rays * parts);
+        vec3 s = sun_direction(sun, p);
         float cosine = dot(n, s);
         if (cosine > 0.0 && !occluded(x, s, way_to(light, x, s), self)) lit += sun_weight(sun, s) * cosine / float(rays);
     }
