@@ -8,13 +8,6 @@ vec2 disc_point(uint i, uint n) {
     return sqrt((float(i) + 0.5) / float(n)) * vec2(cos(angle), sin(angle));
 }
 
-// The same with every second point across from the one before: what is linear over the disc, such as
-// the cosine to a surface, has an exact mean. Lamps may be so wide that this counts.
-vec2 paired_disc_point(uint i, uint n) {
-    vec2 p = disc_point(i / 2, (n + 1) / 2);
-    return i % 2 == 0 ? p : -p;
-}
-
 // Unit direction toward point `p` of the unit disc, spread over a sun's disc: the projected disc
 // is even, so its radiance is constant.
 vec3 sun_direction(Sun sun, vec2 p) {
