@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) writeonly buffer Beams { Beam beams[]; }; // lobes receiver_count a pair
@@ -23,6 +23,7 @@ layout(push_constant) uniform BeamsPush {
 } push;
 
 #include "trace.glsl"
+#include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "kernel.glsl"
@@ -67,7 +68,7 @@ float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
 }
 
 // The light of `flux` in W that `patch_` throws on a receiver: mirrored for ratio 0, else refracted.
-Beam beam_of(Patch patch_, Sun sun, vec3 flux, float ratio, Receiver receiver) {
+Beam beam_of(Patch patch_, Light light, vec3 flux, float ratio, Receiver receiver) {
     vec3 m = receiver.normal;
     // A patch may touch the receiver, its centroid must be before it.
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return NONE;
@@ -76,7 +77,7 @@ Beam beam_of(Patch patch_, Sun sun, vec3 flux, float ratio, Receiver receiver) {
         vec2 st = CORNERS[i];
         vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
         vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        vec3 r = sent(sun.direction, n, ratio);
+        vec3 r = sent(sun_at(light, x).direction, n, ratio);
         float along = dot(r, m);
         // The ray must run toward the front of the plane.
         if (along >= -1e-6) return NONE;
@@ -106,15 +107,16 @@ void main() {
     if (local >= push.pair_count) return;
     uint pair = push.first_pair + local;
     Patch patch_ = patches[pair % push.patch_count];
-    Sun sun = suns[pair / push.patch_count];
+    Light light = suns[pair / push.patch_count];
+    Sun sun = sun_at(light, patch_.position);
     float ratio = turn_toward(patch_, sun.direction);
     vec3 flux[2];
-    flux_of(patch_, sun, ratio, flux);
+    flux_of(patch_, light, sun, ratio, flux);
     uint slot = local * push.lobes * push.receiver_count;
     for (uint lobe = 0; lobe < push.lobes; lobe++) {
         for (uint index = 0; index < push.receiver_count; index++) {
             Beam beam = NONE;
-            if (flux[lobe] != vec3(0.0)) beam = beam_of(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, receivers[index]);
+            if (flux[lobe] != vec3(0.0)) beam = beam_of(patch_, light, flux[lobe], lobe == 0 ? 0.0 : ratio, receivers[index]);
             beams[slot++] = beam;
         }
     }

@@ -6,7 +6,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 2) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 2) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 3) readonly buffer Receivers { Receiver receivers[]; };
 layout(binding = 4) uniform sampler2D environment;
 layout(binding = 5, rgba32f) uniform writeonly image2D direct_map;
@@ -20,6 +20,7 @@ layout(push_constant) uniform DirectPush {
 } push;
 
 #include "trace.glsl"
+#include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "sampling.glsl"

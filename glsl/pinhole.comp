@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
@@ -29,6 +29,7 @@ layout(push_constant) uniform PinholePush {
 } push;
 
 #include "trace.glsl"
+#include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "footprint.glsl"
@@ -58,6 +59,12 @@ vec3 filtered_environment(vec3 w, vec3 a, vec3 b, vec3 covariance) {
     return sum / float(taps);
 }
 
+// A root of (j1 j1^T + j2 j2^T - (j1 j2^T + j2 j1^T) / 2) / 18, the covariance of a patch of which
+// the edges are imaged to j1 and j2, times that of the filter.
+mat2 root_of(vec2 j1, vec2 j2) {
+    return sqrt(push.spread / 18.0) * mat2(0.5 * (j1 + j2), sqrt(0.75) * (j1 - j2));
+}
+
 // Irradiance at y (normal m) by way of one patch that faces it, W/m^2: of mirrored light for ratio 0,
 // else of light that comes through from a medium of which the index is 1/ratio of that here.
 vec3 gather(Patch p, vec3 y, vec3 m, bool refracts, float ratio) {
@@ -85,25 +92,32 @@ vec3 gather(Patch p, vec3 y, vec3 m, bool refracts, float ratio) {
     vec3 dw2 = sent_change(v, n, dv2, normalize_change(p.normal, p.bend2), way);
     vec2 j1 = vec2(dot(dw1, a), dot(dw1, b));
     vec2 j2 = vec2(dot(dw2, a), dot(dw2, b));
-    // A root of (j1 j1^T + j2 j2^T - (j1 j2^T + j2 j1^T) / 2) / 18, the patch's covariance.
-    mat2 of_patch = sqrt(push.spread / 18.0) * mat2(0.5 * (j1 + j2), sqrt(0.75) * (j1 - j2));
+    mat2 of_patch = root_of(j1, j2);
 
     vec3 radiance = vec3(0.0);
     for (uint i = 0; i < push.sun_count; i++) {
-        Sun sun = suns[i];
+        Light light = suns[i];
+        Sun sun = sun_at(light, p.position);
         if (!(dot(w, sun.direction) > 0.0)) continue;
         vec3 off = sun.direction - w;
         vec2 place = vec2(dot(off, a), dot(off, b));
         float radius = max(sin(sun.angular_radius), 1e-5);
         float value;
         if (push.spread > 0.0) {
-            Kernel kernel = kernel_for(of_patch, mat2(0.5 * radius), 0.0, CURVED_SHARPEST);
+            mat2 of_pair = of_patch;
+            if (sun.nearness > 0.0) {
+                // The direction to a lamp turns over the patch, too: the filter is that of s - w.
+                vec3 ds1 = normalize_change(light.place - p.position, -p.edge1);
+                vec3 ds2 = normalize_change(light.place - p.position, -p.edge2);
+                of_pair = root_of(j1 - vec2(dot(ds1, a), dot(ds1, b)), j2 - vec2(dot(ds2, a), dot(ds2, b)));
+            }
+            Kernel kernel = kernel_for(of_pair, mat2(0.5 * radius), 0.0, CURVED_SHARPEST);
             value = peak_of(kernel) * kernel_value(kernel.profile.flatness, quadratic2(conic_of(kernel), place));
         } else {
             value = dot(place, place) < radius * radius ? 1.0 / (PI * radius * radius) : 0.0;
         }
-        if (value > 0.0 && (push.trace == 0 || !occluded(p.position, sun.direction, FAR, p.triangle))) {
-            radiance += sun.irradiance * value;
+        if (value > 0.0 && (push.trace == 0 || !occluded(p.position, sun.direction, way_to(light, p.position, sun.direction), p.triangle))) {
+            radiance += light.power * (sun.falloff * value);
         }
     }
     if (push.has_environment != 0 && (push.trace == 0 || !occluded(p.position, w, FAR, p.triangle))) {

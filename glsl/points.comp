@@ -9,7 +9,7 @@ layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
 layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 4) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 6) readonly buffer Reflectors { Reflector reflectors[]; };
 layout(std430, binding = 7) writeonly buffer PointSplats { PointSplat splats[]; };
@@ -25,6 +25,7 @@ layout(push_constant) uniform PointsPush {
 } push;
 
 #include "trace.glsl"
+#include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "sampling.glsl"
@@ -47,7 +48,7 @@ void main() {
     if (local >= push.batch_points) return;
     uint global = push.first_point + local;
     uint point = global % push.points;
-    Sun sun = suns[global / push.points];
+    Light light = suns[global / push.points];
     uint targets = push.lobes * push.receiver_count;
     for (uint i = 0; i < targets; i++) splats[local * targets + i].texel = NO_TEXEL;
 
@@ -68,7 +69,8 @@ void main() {
     vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
     float angle = 2.0 * PI * coordinate(point, 4);
     vec2 in_disc = sqrt(coordinate(point, 3)) * vec2(cos(angle), sin(angle));
-    vec3 s = sun_direction(sun.direction, sun.angular_radius, in_disc);
+    Sun sun = sun_at(light, x);
+    vec3 s = sun_direction(sun, in_disc);
 
     vec3 geometric = cross(triangle.edge1, triangle.edge2);
     Object object = objects[triangle.object];
@@ -81,7 +83,7 @@ void main() {
     float cosine = dot(n, s);
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
     vec3 share = reflected_share(object, cosine, ratio);
-    vec3 arriving = sun.irradiance * (cosine * push.area / float(push.points));
+    vec3 arriving = light.power * (sun_weight(sun, s) * cosine * push.area / float(push.points));
     bool lit = false;
     for (uint target = 0; target < targets; target++) {
         bool refracts = target >= push.receiver_count;
@@ -98,7 +100,7 @@ void main() {
         vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
         if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) continue;
         if (push.trace != 0) {
-            if (!lit && occluded(x, s, FAR, self)) return;
+            if (!lit && occluded(x, s, way_to(light, x, s), self)) return;
             lit = true;
             if (occluded(x, hit - x, ALMOST, self)) continue;
         }

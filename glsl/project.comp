@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
@@ -28,6 +28,7 @@ layout(push_constant) uniform ProjectPush {
 } push;
 
 #include "trace.glsl"
+#include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "footprint.glsl"
@@ -58,7 +59,7 @@ vec4 reach_of(vec3 m, vec2 g) {
 
 // Footprints that `patch_` throws on receiver number `index`, with `flux` in W: none, one, or two
 // where the patch's plane cuts the first. Mirrored light for ratio 0, refracted otherwise.
-uint project(Patch patch_, Sun sun, vec3 flux, float ratio, uint index, out Footprint footprints_[2]) {
+uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint index, out Footprint footprints_[2]) {
     Receiver receiver = receivers[index];
     vec3 m = receiver.normal;
     // A patch may touch the receiver, its centroid must be before it.
@@ -70,7 +71,7 @@ uint project(Patch patch_, Sun sun, vec3 flux, float ratio, uint index, out Foot
         vec2 st = MIDPOINTS[i];
         vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
         vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        vec3 r = sent(sun.direction, n, ratio);
+        vec3 r = sent(sun_at(light, x).direction, n, ratio);
         float along = dot(r, m);
         float away = dot(receiver.origin - x, m);
         // The ray must run toward the front of the plane.
@@ -194,16 +195,17 @@ void main() {
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
         Patch patch_ = patches[pair % push.patch_count];
-        Sun sun = suns[pair / push.patch_count];
+        Light light = suns[pair / push.patch_count];
+        Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
         vec3 flux[2];
-        if (flux_of(patch_, sun, ratio, flux)) {
+        if (flux_of(patch_, light, sun, ratio, flux)) {
             uint first_slot = local * 2 * push.lobes * push.receiver_count;
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 if (flux[lobe] == vec3(0.0)) continue;
                 for (uint index = 0; index < push.receiver_count; index++) {
                     Footprint found[2];
-                    uint more = project(patch_, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
+                    uint more = project(patch_, light, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
                     uint slot = first_slot + count;
                     if (more > 0) footprints[slot] = found[0];
                     if (more > 1) footprints[slot + 1] = found[1];

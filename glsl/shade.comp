@@ -9,7 +9,7 @@ layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
 layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Suns { Sun suns[]; };
+layout(std430, binding = 4) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
 layout(binding = 6) uniform sampler2D environment;
 layout(binding = 7) uniform sampler2D light_map;   // caustic irradiance
@@ -28,6 +28,7 @@ layout(push_constant) uniform ShadePush {
 } push;
 
 #include "trace.glsl"
+#include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
 #include "sampling.glsl"
@@ -74,13 +75,35 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, uint pixel_sam
 vec3 background(vec3 direction) {
     vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
     for (uint i = 0; i < push.sun_count; i++) {
+        if (suns[i].is_lamp != 0) continue;
         // The chord, since the cosine of a small angle is 1 in floats.
-        float radius = suns[i].angular_radius;
-        bool inside = distance(direction, suns[i].direction) < 2.0 * sin(0.5 * radius);
+        float radius = suns[i].size;
+        bool inside = distance(direction, suns[i].place) < 2.0 * sin(0.5 * radius);
         float sine = sin(radius);
-        if (inside && radius > SMALLEST_DISC) seen += suns[i].irradiance / (PI * sine * sine);
+        if (inside && radius > SMALLEST_DISC) seen += suns[i].power / (PI * sine * sine);
     }
     return seen;
+}
+
+// Whether a ray meets a lamp before `limit`, and the radiance of the nearest, W/m^2/sr. Lamps hide
+// what is behind them, but cast no shadow.
+bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
+    bool meets = false;
+    for (uint i = 0; i < push.sun_count; i++) {
+        Light light = suns[i];
+        Sun sun = sun_at(light, origin);
+        if (light.is_lamp == 0 || sun.angular_radius <= SMALLEST_DISC) continue;
+        float along = dot(light.place - origin, direction);
+        vec3 aside = light.place - origin - along * direction;
+        bool inside = along > 0.0 && dot(aside, aside) < light.size * light.size;
+        float way = way_to(light, origin, direction);
+        if (inside && way < limit) {
+            limit = way;
+            meets = true;
+            seen = light.power / (PI * light.size * light.size);
+        }
+    }
+    return meets;
 }
 
 // A ray that is yet to be followed.
@@ -101,7 +124,10 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
     for (int segment = 0; segment < MOST_SEGMENTS; segment++) {
         bool ends = true;
         Hit hit = nearest(ray.origin, ray.direction, ray.self);
-        if (hit.triangle == NO_TRIANGLE) {
+        vec3 lamp;
+        if (meets_lamp(ray.origin, ray.direction, hit.distance, lamp)) {
+            sum += ray.weight * lamp;
+        } else if (hit.triangle == NO_TRIANGLE) {
             sum += ray.weight * background(ray.direction);
         } else {
             Triangle triangle = triangles[hit.triangle];

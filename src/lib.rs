@@ -42,7 +42,7 @@
 //!   around an origin in the middle of the scene.
 //! - *sample*: the mirrors' triangles are cut into patches, small triangles with a normal and its
 //!   change along the edges.
-//! - *project*: each patch images each sun onto each receiver, as a footprint: a centre, a
+//! - *project*: each patch images each sun and lamp onto each receiver, as a footprint: a centre, a
 //!   covariance and a flux. One ray finds whether the sun is visible, one whether the receiver is.
 //! - *compact*: footprints that exist are listed in a fixed order, so that equal input gives equal
 //!   bits on the same device and driver.

@@ -65,7 +65,7 @@ fn rect(scene: &Scene, name: &str) -> (Rect, [u32; 2]) {
 fn sun(scene: &Scene) -> DVec3 {
     match scene.lights[0].kind {
         LightKind::Sun { direction, .. } => direction,
-        LightKind::Environment { .. } => panic!("the first light is no sun"),
+        _ => panic!("the first light is no sun"),
     }
 }
 

@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::closed_forms::{BALL, CASES, DISH, Form, LAMP, MIRROR, NEPHROID, RIM, Solver};
+use common::closed_forms::{
+    BALL, CARDIOID, CASES, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, RIM, Solver,
+};
 use common::{Device, accuracy, assert_error, assert_physical, flux, load, method, rect};
 use nephroid::render::{Method, Settings};
 
@@ -58,6 +60,26 @@ fn flat_mirror_casts_its_exact_image() {
 #[test]
 fn flat_mirror_by_reference() {
     check(&MIRROR, true);
+}
+
+#[test]
+fn flat_mirror_shows_the_image_of_a_lamp() {
+    check(&IMAGE, false);
+}
+
+#[test]
+fn image_of_a_lamp_by_reference() {
+    check(&IMAGE, true);
+}
+
+#[test]
+fn footprints_have_their_ridge_on_the_cardioid() {
+    check(&CARDIOID, false);
+}
+
+#[test]
+fn reference_has_its_ridge_on_the_cardioid() {
+    check(&CARDIOID, true);
 }
 
 #[test]

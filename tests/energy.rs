@@ -101,6 +101,11 @@ fn corner() {
 }
 
 #[test]
+fn lamp() {
+    keeps_the_energy("lamp.toml");
+}
+
+#[test]
 fn bumps() {
     keeps_the_energy("bumps.toml");
 }

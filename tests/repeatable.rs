@@ -26,13 +26,13 @@ fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
     };
     let (one, two) = (frame(), frame());
     assert!(one == two, "two frames of a renderer differ");
-    assert!(one[1].iter().any(|bits| *bits != 0), "the floor is dark");
+    assert!(one[1].iter().any(|bits| *bits != 0), "the receiver is dark");
     one
 }
 
-fn same_bits(name: &str, method_: Method, samples: u32) {
+fn same_bits(name: &str, receiver: &str, method_: Method, samples: u32) {
     let texels = [32, 32];
-    let scene = with_texels(load(name), "floor", texels);
+    let scene = with_texels(load(name), receiver, texels);
     let settings = method(method_, samples);
     let one = render(&scene, &settings);
     assert!(one == render(&scene, &settings), "two devices differ");
@@ -42,20 +42,25 @@ fn same_bits(name: &str, method_: Method, samples: u32) {
 
 #[test]
 fn footprint() {
-    same_bits("ring.toml", Method::Footprint, 16_384);
+    same_bits("ring.toml", "floor", Method::Footprint, 16_384);
 }
 
 #[test]
 fn beams() {
-    same_bits("ring.toml", Method::Beams, 16_384);
+    same_bits("ring.toml", "floor", Method::Beams, 16_384);
 }
 
 #[test]
 fn points() {
-    same_bits("ring.toml", Method::Points, 200_000);
+    same_bits("ring.toml", "floor", Method::Points, 200_000);
 }
 
 #[test]
 fn pinhole() {
-    same_bits("ball.toml", Method::Pinhole, 1);
+    same_bits("ball.toml", "floor", Method::Pinhole, 1);
+}
+
+#[test]
+fn footprint_of_a_lamp() {
+    same_bits("lamp.toml", "table", Method::Footprint, 16_384);
 }

@@ -184,7 +184,69 @@ fn shipped_scenes_load_without_a_warning() {
         assert!(loaded.scene.receivers().count() > 0);
         count += 1;
     }
-    assert_eq!(count, 8);
+    assert_eq!(count, 9);
+}
+
+const LAMP: &str = "\
+kind = \"lamp\"
+position = [0.5, 0.5, 0.4]
+radius = 0.1
+flux = [3.0, 2.0, 1.0]
+";
+
+/// [`SCENE`] with a lamp before the square `part` in place of the sun.
+fn lamp_scene() -> Folder {
+    let folder = Folder::new();
+    let start = SCENE.find("kind = \"sun\"").unwrap();
+    let end = SCENE.find("\n[[light]]\nname = \"sky\"").unwrap();
+    let scene = [&SCENE[..start], LAMP, &SCENE[end..]].concat();
+    folder.write("scene.toml", scene);
+    folder
+}
+
+#[test]
+fn a_lamp_loads() {
+    let loaded = lamp_scene().load().unwrap_or_else(|e| panic!("{e}"));
+    let LightKind::Lamp {
+        position,
+        radius,
+        radiant_flux,
+    } = loaded.scene.lights[0].kind
+    else {
+        panic!("the first light is the lamp");
+    };
+    assert_eq!(position, DVec3::new(0.5, 0.5, 0.4));
+    assert_eq!((radius, radiant_flux), (0.1, DVec3::new(3.0, 2.0, 1.0)));
+    assert_eq!(loaded.warnings, Vec::<String>::new());
+}
+
+#[test]
+fn bad_lamps_are_refused_with_their_place() {
+    // (from, to, place, reason)
+    #[rustfmt::skip]
+    let cases = [
+        ("radius = 0.1", "", "line 9, column 8", "light \"sun\": the key `radius` is missing"),
+        ("radius = 0.1", "radius = 0", "line 12, column 10", "radius: 0 is not within"),
+        ("radius = 0.1", "radius = -0.1", "line 12, column 10", "radius: -0.1 is not within"),
+        ("radius = 0.1", "radius = nan", "line 12, column 10", "radius: NaN is not within"),
+        ("radius = 0.1", "radius = 0.1\nirradiance = [1, 1, 1]", "line 13, column 14", "`lamp` has no key `irradiance`"),
+        ("radius = 0.1", "radius = 0.1\nscale = 2", "line 13, column 9", "`lamp` has no key `scale`"),
+        ("flux = [3.0", "flux = [-3.0", "line 13, column 8", "flux: -3 is not within"),
+        ("flux = [3.0", "flux = [inf", "line 13, column 8", "flux: inf is not within"),
+        ("flux = [3.0", "flux = [1e30", "line 13, column 8", "its radiance is 2.5"),
+        ("[0.5, 0.5, 0.4]", "[0.5, 0.5]", "line 11, column 12", "array of length 3"),
+        ("[0.5, 0.5, 0.4]", "[0.5, nan, 0.4]", "line 11, column 12", "position: NaN is not within"),
+        // The square's corners are outside of the lamp, too.
+        ("[0.5, 0.5, 0.4]", "[0.5, 0.5, 0.09]", "line 11, column 12", "object \"part\" reaches into the lamp, to 0.09 m from the middle"),
+        ("[0.5, 0.5, 0.4]", "[0.5, 0.05, 0.4]", "line 11, column 12", "object \"floor\" reaches into the lamp"),
+        ("[0.5, 0.5, 0.4]", "[2.05, 1.5, 2.5]", "line 11, column 12", "the camera reaches into the lamp"),
+    ];
+    for (from, to, place, reason) in cases {
+        let error = lamp_scene().error_after("scene.toml", from, to);
+        let start = format!("scene.toml, {place}: ");
+        assert!(error.starts_with(&start), "{from} to {to}: {error}");
+        assert!(error.contains(reason), "{from} to {to}: {error}");
+    }
 }
 
 #[test]
@@ -216,11 +278,14 @@ fn bad_scene_files_are_refused_with_their_place() {
         ("= 0.2665", "= 90", "line 13, column 26", "90 is not within"),
         ("= 0.2665", "= -0.1", "line 13, column 26", "-0.1 is not within"),
         ("= 0.2665", "= 0.2665\nscale = 1", "line 14, column 9", "`sun` has no key `scale`"),
-        ("kind = \"sun\"", "kind = \"lamp\"", "line 10, column 8", "no kind `lamp`"),
+        ("kind = \"sun\"", "kind = \"bulb\"", "line 10, column 8", "no kind `bulb`"),
+        ("kind = \"sun\"", "kind = \"lamp\"", "line 11, column 13", "`lamp` has no key `direction`"),
+        ("= 0.2665", "= 0.2665\nradius = 1", "line 14, column 10", "`sun` has no key `radius`"),
         ("name = \"sky\"", "name = \"sun\"", "line 16, column 8", "light \"sun\": the name is used twice"),
         ("name = \"sky\"", "name = \"\"", "line 16, column 8", "the name is empty"),
         ("rotation_degrees = 90.0", "scale = -1.0", "line 19, column 9", "scale: -1 is not within"),
         ("rotation_degrees = 90.0", "direction = [0, 1, 0]", "line 19, column 13", "no key `direction`"),
+        ("rotation_degrees = 90.0", "flux = [0, 1, 0]", "line 19, column 8", "no key `flux`"),
         ("\"sky.hdr\"", "\"nosuch.hdr\"", "line 18, column 8", "light \"sky\": `nosuch.hdr` cannot be read"),
         ("\"sky.hdr\"", "\".\"", "line 18, column 8", "`.` is not a file"),
         ("\"sky.hdr\"", "\"\"", "line 18, column 8", "not a relative path"),

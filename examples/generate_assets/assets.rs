@@ -13,6 +13,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("meshes/ball.obj", ball().into()),
         ("meshes/bumps.obj", bumps().into()),
         ("meshes/post.obj", post().into()),
+        ("meshes/bowl.obj", bowl().into()),
         ("environments/constant.hdr", constant_environment()),
     ]
 }
@@ -60,27 +61,14 @@ fn dish() -> String {
     const APERTURE: f64 = 0.5;
     const SIDE: usize = 48;
     let mut obj = Obj::new("paraboloid: focal length 1 m, aperture radius 0.5 m");
-    let square = |i: usize| 2.0 * i as f64 / SIDE as f64 - 1.0;
-    let corner = |obj: &mut Obj, i: usize, j: usize| {
-        let at = APERTURE * concentric(DVec2::new(square(i), square(j)));
+    obj.disc(SIDE, |square| {
+        let at = APERTURE * concentric(square);
         let (x, z) = (at.x, -at.y);
         let height = at.length_squared() / (4.0 * FOCAL_LENGTH);
         let slope = 1.0 / (2.0 * FOCAL_LENGTH);
         let normal = DVec3::new(-slope * x, 1.0, -slope * z).normalize();
-        obj.corner(DVec3::new(x, height, z), normal)
-    };
-    for j in 0..SIDE {
-        for i in 0..SIDE {
-            let mut quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-            // A fan starts at the first corner: let the diagonals point to the middle, for on the
-            // square's diagonals the other choice makes slivers of three points of the rim.
-            if (i < SIDE / 2) != (j < SIDE / 2) {
-                quad.rotate_left(1);
-            }
-            let corners = quad.map(|(i, j)| corner(&mut obj, i, j));
-            obj.face(&corners);
-        }
-    }
+        (DVec3::new(x, height, z), normal)
+    });
     obj.text
 }
 
@@ -207,6 +195,40 @@ fn post() -> String {
     obj.text
 }
 
+/// Bowl on its side, resting with its rim on y = 0 and open toward +z: a cap of a sphere, 40° to every
+/// side of its axis, 2 mm thick.
+fn bowl() -> String {
+    const RADII: [f64; 2] = [0.18, 0.182];
+    const SIDE: usize = 40;
+    let widest = 40f64.to_radians();
+    let middle = RADII[1] * widest.sin() * DVec3::Y;
+    let out = |square: DVec2| {
+        let disc = concentric(square);
+        let (sine, cosine) = (widest * disc.length()).sin_cos();
+        (disc.normalize_or_zero() * sine).extend(-cosine)
+    };
+    let mut obj = Obj::new("bowl: inside radius 0.18 m, outside 0.182 m, opening 0.23 m wide");
+    for (radius, side) in [(RADII[0], -1.0), (RADII[1], 1.0)] {
+        obj.disc(SIDE, |square| {
+            // The front faces toward `side`, so the outside runs the other way round.
+            let out = out(DVec2::new(-side * square.x, square.y));
+            (middle + radius * out, side * out)
+        });
+    }
+    // Counter-clockwise around the square.
+    let border = |i: usize| {
+        let along = 2.0 * (i % SIDE) as f64 / SIDE as f64 - 1.0;
+        let turn = DVec2::from_angle(FRAC_PI_2 * (i / SIDE) as f64);
+        out(turn.rotate(DVec2::new(1.0, along)))
+    };
+    obj.grid([4 * SIDE, 1], |i, j| {
+        let out = border(i % (4 * SIDE));
+        let across = (DVec3::Z - out.z * out).normalize();
+        (middle + RADII[1 - j] * out, across)
+    });
+    obj.text
+}
+
 /// Radiance 1 W/m²/sr from everywhere; 32 × 16 pixels of Radiance RGBE.
 fn constant_environment() -> Vec<u8> {
     let mut content = Vec::new();
@@ -273,6 +295,27 @@ impl Obj {
                 let quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
                 let corners = quad.map(|(i, j)| {
                     let (position, normal) = point(i, j);
+                    self.corner(position, normal)
+                });
+                self.face(&corners);
+            }
+        }
+    }
+
+    /// Quads of a grid of `cells`² over the square [−1, 1]², which `point` → (position, normal) takes to
+    /// something round by way of [`concentric`].
+    fn disc(&mut self, cells: usize, point: impl Fn(DVec2) -> (DVec3, DVec3)) {
+        let side = |i: usize| 2.0 * i as f64 / cells as f64 - 1.0;
+        for j in 0..cells {
+            for i in 0..cells {
+                let mut quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                // A fan starts at the first corner: let the diagonals point to the middle, for on the
+                // square's diagonals the other choice makes slivers of three points of the rim.
+                if (i < cells / 2) != (j < cells / 2) {
+                    quad.rotate_left(1);
+                }
+                let corners = quad.map(|(i, j)| {
+                    let (position, normal) = point(DVec2::new(side(i), side(j)));
                     self.corner(position, normal)
                 });
                 self.face(&corners);

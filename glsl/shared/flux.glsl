@@ -1,5 +1,5 @@
 // The flux that a patch throws. The including shader declares the buffer `objects` and the push
-// constant `trace`, and includes trace.glsl and optics.glsl.
+// constant `trace`, and includes trace.glsl, sun.glsl and optics.glsl.
 
 // The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
@@ -22,27 +22,30 @@ float turn_toward(inout Patch patch_, vec3 s) {
 }
 
 // Flux that the patch reflects and lets through, W: E A cos(theta) times the share, averaged over
-// the midpoints. Not any where patch and light do not see each other.
-bool flux_of(Patch patch_, Sun sun, float ratio, out vec3 flux[2]) {
+// the midpoints; `sun` is what `light` is at the centroid. Not any where patch and light do not see
+// each other.
+bool flux_of(Patch patch_, Light light, Sun sun, float ratio, out vec3 flux[2]) {
     flux = vec3[](vec3(0.0), vec3(0.0));
     vec3 geometric = cross(patch_.edge1, patch_.edge2);
     bool reflects = dot(geometric, mirrored(sun.direction, normalize(patch_.normal))) > 0.0;
     if (dot(geometric, sun.direction) <= 0.0 || !reflects && ratio == 0.0) return false;
-    float cosine = 0.0;
+    float arriving = 0.0;
     vec3 reflected = vec3(0.0);
     Object object = objects[patch_.object];
     for (int i = 0; i < 3; i++) {
         vec2 st = MIDPOINTS[i];
+        Sun here = sun_at(light, patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2);
         vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        float here = max(dot(n, sun.direction), 0.0);
-        if (here == 0.0) continue;
-        cosine += here / 3.0;
-        reflected += here / 3.0 * reflected_share(object, here, ratio);
+        float cosine = max(dot(n, here.direction), 0.0);
+        if (cosine == 0.0) continue;
+        arriving += here.falloff * cosine / 3.0;
+        reflected += here.falloff * cosine / 3.0 * reflected_share(object, cosine, ratio);
     }
-    if (cosine <= 0.0) return false;
-    if (push.trace != 0 && occluded(patch_.position, sun.direction, FAR, patch_.triangle)) return false;
-    if (reflects) flux[0] = sun.irradiance * patch_.area * reflected;
+    if (arriving <= 0.0) return false;
+    float way = way_to(light, patch_.position, sun.direction);
+    if (push.trace != 0 && occluded(patch_.position, sun.direction, way, patch_.triangle)) return false;
+    if (reflects) flux[0] = light.power * patch_.area * reflected;
     bool passes = ratio > 0.0 && dot(geometric, sent(sun.direction, normalize(patch_.normal), ratio)) < 0.0;
-    if (passes) flux[1] = sun.irradiance * patch_.area * (cosine - reflected);
+    if (passes) flux[1] = light.power * patch_.area * (arriving - reflected);
     return true;
 }

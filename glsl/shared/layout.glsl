@@ -52,11 +52,12 @@ struct Object {
     uint unused;
 };
 
-struct Sun {
-    vec3 direction;  // unit, toward the light
-    float angular_radius;
-    vec3 irradiance; // W/m^2 on a plane that faces the light
-    float unused;
+// A sun or a lamp; sun.glsl has what it is at a point.
+struct Light {
+    vec3 place;      // sun: unit, toward it; lamp: its middle
+    float size;      // sun: angular radius; lamp: radius
+    vec3 power;      // sun: W/m^2 on a plane that faces it; lamp: W/sr
+    uint is_lamp;
 };
 
 // A rectangle with a light map: the tile of the atlas from (tile_x, tile_y) on, v upward.

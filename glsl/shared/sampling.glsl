@@ -1,4 +1,4 @@
-// Low-discrepancy points.
+// Low-discrepancy points. The including shader includes sun.glsl.
 
 const float GOLDEN_ANGLE = 2.39996322972865;
 
@@ -10,9 +10,16 @@ vec2 disc_point(uint i, uint n) {
 
 // Unit direction toward point `p` of the unit disc, spread over a sun's disc: the projected disc
 // is even, so its radiance is constant.
-vec3 sun_direction(vec3 centre, float angular_radius, vec2 p) {
+vec3 sun_direction(Sun sun, vec2 p) {
     vec3 a, b;
-    basis(centre, a, b);
-    vec2 q = p * sin(angular_radius);
-    return normalize(centre * sqrt(max(1.0 - dot(q, q), 0.0)) + q.x * a + q.y * b);
+    basis(sun.direction, a, b);
+    vec2 q = p * sin(sun.angular_radius);
+    return normalize(sun.direction * sqrt(max(1.0 - dot(q, q), 0.0)) + q.x * a + q.y * b);
+}
+
+// What the direction s, drawn so, counts: Light.power times this on a plane across s. The solid angle
+// of a part of the projected disc is its area over the cosine to the middle. Lamps may be wide; for
+// suns it is left out, which is 0.05 % at 2.5 degrees.
+float sun_weight(Sun sun, vec3 s) {
+    return sun.nearness > 0.0 ? sun.falloff / dot(sun.direction, s) : sun.falloff;
 }

@@ -380,11 +380,11 @@ enum Missing {
 }
 
 fn missing_light(scene: &Scene, method: Method) -> Option<Missing> {
-    let is_sun = |kind: &LightKind| matches!(kind, LightKind::Sun { .. });
-    let suns = (scene.lights.iter())
-        .filter(|light| is_sun(&light.kind))
+    let is_environment = |kind: &LightKind| matches!(kind, LightKind::Environment { .. });
+    let environments = (scene.lights.iter())
+        .filter(|light| is_environment(&light.kind))
         .count();
-    match (method, suns, scene.lights.len() - suns) {
+    match (method, scene.lights.len() - environments, environments) {
         (Method::Pinhole, ..) | (_, _, 0) => None,
         (_, 0, _) => Some(Missing::All),
         _ => Some(Missing::Environment),

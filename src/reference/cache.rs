@@ -205,6 +205,15 @@ impl Feed {
                 self.vectors(&[*direction, *irradiance]);
                 self.values(&[*angular_radius]);
             }
+            LightKind::Lamp {
+                position,
+                radius,
+                radiant_flux,
+            } => {
+                self.number(2);
+                self.vectors(&[*position, *radiant_flux]);
+                self.values(&[*radius]);
+            }
             LightKind::Environment {
                 map,
                 scale,
@@ -317,6 +326,14 @@ mod tests {
             let (mut scene, mut options) = (scene("ball.toml"), Options::default());
             let sun = self::scene("ring.toml").lights.remove(0);
             scene.lights.push(sun);
+            scene.lights.push(Light {
+                name: "bulb".into(),
+                kind: LightKind::Lamp {
+                    position: 3.0 * DVec3::Y,
+                    radius: 0.1,
+                    radiant_flux: DVec3::ONE,
+                },
+            });
             change(&mut scene, &mut options);
             key(&scene, 1, [8, 4], &options)
         };
@@ -366,7 +383,19 @@ mod tests {
             },
             |s, _| match &mut s.lights[1].kind {
                 LightKind::Sun { angular_radius, .. } => *angular_radius = 0.0,
-                LightKind::Environment { .. } => panic!(),
+                _ => panic!(),
+            },
+            |s, _| match &mut s.lights[2].kind {
+                LightKind::Lamp { position, .. } => position.x += 1e-12,
+                _ => panic!(),
+            },
+            |s, _| match &mut s.lights[2].kind {
+                LightKind::Lamp { radius, .. } => *radius *= 2.0,
+                _ => panic!(),
+            },
+            |s, _| match &mut s.lights[2].kind {
+                LightKind::Lamp { radiant_flux, .. } => radiant_flux.z *= 2.0,
+                _ => panic!(),
             },
             |s, _| match &mut s.lights[0].kind {
                 LightKind::Environment { map, .. } => {
@@ -374,7 +403,7 @@ mod tests {
                     other.radiance[1][2] += 1e-3;
                     *map = Arc::new(other);
                 }
-                LightKind::Sun { .. } => panic!(),
+                _ => panic!(),
             },
             |s, _| s.lights.reverse(),
             |s, _| drop(s.lights.pop()),

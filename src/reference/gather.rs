@@ -70,7 +70,7 @@ impl<'a> Gathering<'a> {
         let environments: Vec<&Environment> = (problem.emitters.iter())
             .filter_map(|emitter| match emitter {
                 Emitter::Environment(environment) => Some(environment),
-                Emitter::Sun(_) => None,
+                Emitter::Sun(_) | Emitter::Lamp(_) => None,
             })
             .collect();
         let run = problem.mirrors.len().div_ceil(MAX_PATCHES).max(1);

@@ -16,6 +16,7 @@ const DIM_SHARE: f64 = 0.25;
 /// A light that directions can be drawn from.
 pub enum Emitter {
     Sun(Sun),
+    Lamp(Lamp),
     Environment(Environment),
 }
 
@@ -24,6 +25,8 @@ pub enum Emitter {
 pub struct Direction {
     /// Unit vector toward the light.
     pub direction: DVec3,
+    /// To the light, m.
+    pub distance: f64,
     /// Of the light that only light tracing finds.
     pub bright: DVec3,
     /// Of the light that gathering finds too.
@@ -38,6 +41,16 @@ pub struct Sun {
     /// RGB on a plane that faces the light, W/m².
     irradiance: DVec3,
     sine_of_radius: f64,
+}
+
+/// A sphere of constant radiance L = Φ/(4π²R²).
+pub struct Lamp {
+    /// Of its middle, m.
+    position: DVec3,
+    /// m
+    radius: f64,
+    /// RGB, W/m²/sr.
+    radiance: DVec3,
 }
 
 /// An equirectangular map of radiance, split into a bright and a dim part.
@@ -72,6 +85,17 @@ impl Emitter {
                     sine_of_radius: angular_radius.sin(),
                 })
             }),
+            LightKind::Lamp {
+                position,
+                radius,
+                radiant_flux,
+            } => (radiant_flux.max_element() > 0.0).then(|| {
+                Self::Lamp(Lamp {
+                    position: *position,
+                    radius: *radius,
+                    radiance: *radiant_flux / (4.0 * PI * PI * radius * radius),
+                })
+            }),
             LightKind::Environment {
                 map,
                 scale,
@@ -80,10 +104,11 @@ impl Emitter {
         }
     }
 
-    /// Draws a direction with two numbers that are uniform in [0, 1).
-    pub fn draw(&self, u: f64, v: f64) -> Direction {
+    /// Draws a direction from `place` with two numbers that are uniform in [0, 1).
+    pub fn draw(&self, place: DVec3, u: f64, v: f64) -> Direction {
         match self {
             Self::Sun(sun) => sun.draw(u, v),
+            Self::Lamp(lamp) => lamp.draw(place, u, v),
             Self::Environment(environment) => environment.draw(u, v),
         }
     }
@@ -104,6 +129,7 @@ impl Emitter {
                 }
                 sun.irradiance.element_sum() / 3.0 * triangle.area * facing
             }
+            Self::Lamp(lamp) => lamp.flux_onto(triangle),
             // Half the irradiance of the whole sphere, halved again for the mean cosine.
             Self::Environment(environment) => environment.row.total() * triangle.area / 4.0,
         }
@@ -120,10 +146,59 @@ impl Sun {
         let across = sine * (x * self.across[0] + y * self.across[1]);
         Direction {
             direction: cosine * self.direction + across,
+            distance: f64::INFINITY,
             // dω = dA/cosine: the radiance E/(π sin²α) over the density cosine/(π sin²α).
             bright: self.irradiance / cosine,
             dim: DVec3::ZERO,
         }
+    }
+}
+
+impl Lamp {
+    /// Uniform in the solid angle of the sphere as seen from `place`, which its radiance fills evenly.
+    fn draw(&self, place: DVec3, u: f64, v: f64) -> Direction {
+        let way = self.position - place;
+        let distance = way.length();
+        // 1 − cosine of the angular radius, and of the angle from the middle, without cancellation.
+        let squared_sine = (self.radius / distance).powi(2).min(1.0);
+        let extent = squared_sine / (1.0 + (1.0 - squared_sine).sqrt());
+        let short = u * extent;
+        let (cosine, sine) = (1.0 - short, (short * (2.0 - short)).sqrt());
+        let toward = way / distance;
+        let (tangent, bitangent) = toward.any_orthonormal_pair();
+        let (y, x) = (TAU * v).sin_cos();
+        // Half the chord that the ray cuts out of the sphere.
+        let half = (self.radius.powi(2) - (distance * sine).powi(2)).max(0.0);
+        Direction {
+            direction: cosine * toward + sine * (x * tangent + y * bitangent),
+            distance: distance * cosine - half.sqrt(),
+            bright: TAU * extent * self.radiance,
+            dim: DVec3::ZERO,
+        }
+    }
+
+    /// As [`Emitter::flux_onto`]. The shading normal times the way to the lamp's middle is a mean over
+    /// pairs of corners, so where all of these are dark the whole triangle is.
+    fn flux_onto(&self, triangle: &MirrorTriangle) -> f64 {
+        let corners = [DVec3::ZERO, triangle.edge_1, triangle.edge_2];
+        let ways = corners.map(|corner| self.position - triangle.a - corner);
+        let height = |normal: DVec3| {
+            let heights = ways.map(|way| {
+                let height = normal.dot(way);
+                let both = triangle.surface.has_two_sides();
+                (if both { height.abs() } else { height }) + self.radius
+            });
+            heights.into_iter().fold(0.0, f64::max)
+        };
+        if height(triangle.geometric_normal) <= 0.0 {
+            return 0.0;
+        }
+        let facing = triangle.normals.map(height).into_iter().fold(0.0, f64::max);
+        let middle: DVec3 = ways.into_iter().sum::<DVec3>() / 3.0;
+        let distance = middle.length().max(self.radius);
+        // E = L π sin²α cosθ, cosθ the height over the distance.
+        let solid_angle = PI * (self.radius / distance).powi(2);
+        self.radiance.element_sum() / 3.0 * solid_angle * triangle.area * facing / distance
     }
 }
 
@@ -182,6 +257,7 @@ impl Environment {
         let steradians = TAU * PI * sine / density;
         Direction {
             direction,
+            distance: f64::INFINITY,
             bright: steradians * interpolate(&self.bright, &taps),
             dim: steradians * interpolate(&self.dim, &taps),
         }
@@ -235,7 +311,7 @@ mod tests {
         let total: f64 = (0..SEQUENCE_LENGTH)
             .map(|i| {
                 let [u, v, ..] = sobol_4d(i, 5);
-                value(&emitter.draw(u, v))
+                value(&emitter.draw(DVec3::ZERO, u, v))
             })
             .sum();
         total / f64::from(SEQUENCE_LENGTH)

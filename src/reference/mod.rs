@@ -19,7 +19,7 @@
 //!
 //! | part of the light | method | file |
 //! |---|---|---|
-//! | suns; bright parts of environments; mirrors nearby | light tracing | `trace.rs` |
+//! | suns; lamps; bright parts of environments; mirrors nearby | light tracing | `trace.rs` |
 //! | dim parts of environments | gathering | `gather.rs` |
 //!
 //! Both draw rounds of [`REPLICATES`] independently scrambled batches of Sobol points, and the

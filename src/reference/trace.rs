@@ -155,7 +155,7 @@ impl<'a> LightTracing<'a> {
         [u0, u1, u2, u3]: [f64; 4],
     ) -> [Option<(usize, DVec3)>; 2] {
         let point = triangle.point(u0, u1);
-        let light = emitter.draw(u2, u3);
+        let light = emitter.draw(point.position, u2, u3);
         let cosine = point.normal.dot(light.direction).abs();
         let blocked = |direction, length| {
             (self.problem).blocked(point.position, direction, length, triangle.blocker)
@@ -168,7 +168,7 @@ impl<'a> LightTracing<'a> {
                 .problem
                 .receiver
                 .hit(point.position, leaving.direction)?;
-            if blocked(leaving.direction, distance) || blocked(light.direction, f64::INFINITY) {
+            if blocked(leaving.direction, distance) || blocked(light.direction, light.distance) {
                 return None;
             }
             let traced = 1.0 - gathered_share(self.problem, distance * distance);

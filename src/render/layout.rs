@@ -30,7 +30,7 @@ mirrors! {
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
     Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, unused: u32, }
-    Sun { direction: Vec3, angular_radius: f32, irradiance: Vec3, unused: f32, }
+    Light { place: Vec3, size: f32, power: Vec3, is_lamp: u32, }
     Receiver {
         origin: Vec3, tile_x: u32,
         edge_u: Vec3, tile_y: u32,

@@ -10,10 +10,10 @@ use super::parts::{Part, parts};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Resource, Sampling, Shader};
 use crate::scene::{EnvironmentMap, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
-use glam::{DVec3, UVec2};
+use glam::{DVec3, UVec2, Vec3};
 use obvhs::triangle::Triangle as BvhTriangle;
 use std::borrow::Cow;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// A receiver's part of the light-map atlas.
@@ -91,11 +91,22 @@ impl DeviceScene {
                     direction,
                     irradiance,
                     angular_radius,
-                } => suns.push(layout::Sun {
-                    direction: direction.as_vec3(),
-                    angular_radius: *angular_radius as f32,
-                    irradiance: irradiance.as_vec3(),
-                    unused: 0.0,
+                } => suns.push(layout::Light {
+                    place: direction.as_vec3(),
+                    size: *angular_radius as f32,
+                    power: irradiance.as_vec3(),
+                    is_lamp: 0,
+                }),
+                LightKind::Lamp {
+                    position,
+                    radius,
+                    radiant_flux,
+                } => suns.push(layout::Light {
+                    place: (*position - origin).as_vec3(),
+                    size: *radius as f32,
+                    // Into all of the sphere of directions, W/sr.
+                    power: (*radiant_flux / (4.0 * PI)).as_vec3(),
+                    is_lamp: 1,
                 }),
                 LightKind::Environment {
                     map,
@@ -429,7 +440,7 @@ struct Reflectors {
 fn reflectors(
     scene: &Scene,
     soup: &Soup,
-    suns: &[layout::Sun],
+    suns: &[layout::Light],
     all_lit: bool,
     samples: u32,
 ) -> Result<Reflectors> {
@@ -488,19 +499,28 @@ fn reflectors(
     })
 }
 
-/// Whether any part of a sun's disc may shine on the triangle's front.
-fn faces(triangle: &layout::Triangle, normals: &layout::Normals, sun: &layout::Sun) -> bool {
-    let lowest = -sun.angular_radius.sin();
+/// Whether any part of a sun or lamp may shine on the triangle's front. n·(p − x), of a normal n and
+/// the way from x to the lamp's middle p, is a mean over pairs of corners, so that one of these is
+/// positive where any of the triangle's is.
+fn faces(triangle: &layout::Triangle, normals: &layout::Normals, light: &layout::Light) -> bool {
     let geometric = triangle.edge1.cross(triangle.edge2).normalize_or_zero();
-    geometric.dot(sun.direction) > lowest
-        && [normals.n0, normals.n1, normals.n2]
-            .iter()
-            .any(|n| n.dot(sun.direction) > lowest)
+    let (lowest, ways) = if light.is_lamp == 0 {
+        (-light.size.sin(), [light.place; 3])
+    } else {
+        let way = light.place - triangle.position;
+        (
+            -light.size,
+            [way, way - triangle.edge1, way - triangle.edge2],
+        )
+    };
+    let above = |normal: &Vec3| ways.iter().any(|way| normal.dot(*way) > lowest);
+    above(&geometric) && [normals.n0, normals.n1, normals.n2].iter().any(above)
 }
 
 /// Whether light can be blocked on its way to a mirror or from there to a receiver. It cannot
-/// where the only thing that casts shadows is one surface of which every face sees all others
-/// from behind: flat or convex, or if it lets light through, flat.
+/// where the only thing that casts shadows is the only mirror, and every face of it sees all others
+/// from behind: flat or convex, or if it lets light through, flat. Both legs then lie before the face,
+/// wherever the light is.
 fn can_block(scene: &Scene, meshes: &[Cow<Mesh>]) -> bool {
     /// Pairs of faces and vertices worth comparing.
     const MOST_PAIRS: usize = 200_000_000;
@@ -512,6 +532,11 @@ fn can_block(scene: &Scene, meshes: &[Cow<Mesh>]) -> bool {
     let Some((object, mesh)) = blocking.next() else {
         return false;
     };
+    let is_specular = |object: &Object| scene.materials[object.material].kind.is_specular();
+    let mirrors = scene.objects.iter().filter(|o| is_specular(o)).count();
+    if !is_specular(object) || mirrors > 1 {
+        return true;
+    }
     let material = &scene.materials[object.material].kind;
     let two_sided = matches!(material, MaterialKind::Dielectric { .. });
     if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > MOST_PAIRS {

@@ -8,6 +8,7 @@
 //! | | `version = 1` |
 //! | `[camera]` | `position`, `target`, `fov_degrees` (vertical), `exposure_ev` (0) |
 //! | `[[light]]` of `kind = "sun"` | `name`, `direction` (toward the light, any length), `irradiance` (on a plane facing it), `angular_radius_degrees` (0: a point) |
+//! | `[[light]]` of `kind = "lamp"` | `name`, `position`, `radius`, `flux` (W; of a sphere that shines evenly) |
 //! | `[[light]]` of `kind = "environment"` | `name`, `file` (.hdr or .exr, equirectangular), `scale` (1), `rotation_degrees` (0) |
 //! | `[[material]]` of `kind = "mirror"` | `name`, `reflectance` |
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
@@ -38,7 +39,7 @@ use super::{environment, light_map_side, mesh, obj};
 use crate::error::Result;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -76,6 +77,8 @@ pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
 ];
 /// Coordinates, m.
 const METRES: RangeInclusive<f64> = -1e9..=1e9;
+/// Of lamps, m.
+const LAMP_RADIUS: RangeInclusive<f64> = 1e-6..=1e9;
 
 /// A scene that is fit to be rendered.
 #[derive(Debug)]
@@ -118,6 +121,9 @@ pub fn load(path: &Path) -> Result<Loaded> {
     }
     for object in &entry.object {
         loader.object(object)?;
+    }
+    for (entry, light) in entry.light.iter().zip(&lights) {
+        loader.check_lamp_is_free(entry, light, &camera)?;
     }
     let Loader {
         materials,
@@ -187,11 +193,26 @@ impl<'a> Loader<'a> {
 
     fn light(&mut self, entry: &LightEntry) -> Result<Light> {
         let section = self.section("light", &entry.name)?;
+        let no_sun = |kind| {
+            section.refuse(kind, "direction", &entry.direction)?;
+            section.refuse(kind, "irradiance", &entry.irradiance)?;
+            let radius = &entry.angular_radius_degrees;
+            section.refuse(kind, "angular_radius_degrees", radius)
+        };
+        let no_lamp = |kind| {
+            section.refuse(kind, "position", &entry.position)?;
+            section.refuse(kind, "radius", &entry.radius)?;
+            section.refuse(kind, "flux", &entry.flux)
+        };
+        let no_environment = |kind| {
+            section.refuse(kind, "file", &entry.file)?;
+            section.refuse(kind, "scale", &entry.scale)?;
+            section.refuse(kind, "rotation_degrees", &entry.rotation_degrees)
+        };
         let kind = match entry.kind.get_ref().as_str() {
             kind @ "sun" => {
-                section.refuse(kind, "file", &entry.file)?;
-                section.refuse(kind, "scale", &entry.scale)?;
-                section.refuse(kind, "rotation_degrees", &entry.rotation_degrees)?;
+                no_lamp(kind)?;
+                no_environment(kind)?;
                 let direction = section.triple("direction", &entry.direction, METRES)?;
                 let radius = &entry.angular_radius_degrees;
                 let radius = section.number("angular_radius_degrees", radius, 0.0..=89.999)?;
@@ -204,14 +225,28 @@ impl<'a> Loader<'a> {
                     angular_radius: radius.to_radians(),
                 }
             }
+            kind @ "lamp" => {
+                no_sun(kind)?;
+                no_environment(kind)?;
+                let position = section.triple("position", &entry.position, METRES)?;
+                let radius = section.number("radius", &entry.radius, LAMP_RADIUS)?;
+                let radiant_flux = section.triple("flux", &entry.flux, 0.0..=1e30)?;
+                let radiance = radiant_flux.max_element() / (2.0 * PI * radius).powi(2);
+                if radiance > f64::from(MAX_RADIANCE) {
+                    let reason =
+                        format!("its radiance is {radiance:e}, more than {MAX_RADIANCE:e} W/m²/sr");
+                    let remedy = "lower the flux, or raise the radius";
+                    return Err(section.error(span(&entry.flux), &reason, remedy));
+                }
+                LightKind::Lamp {
+                    position,
+                    radius,
+                    radiant_flux,
+                }
+            }
             kind @ "environment" => {
-                section.refuse(kind, "direction", &entry.direction)?;
-                section.refuse(kind, "irradiance", &entry.irradiance)?;
-                section.refuse(
-                    kind,
-                    "angular_radius_degrees",
-                    &entry.angular_radius_degrees,
-                )?;
+                no_sun(kind)?;
+                no_lamp(kind)?;
                 let scale = section.number_or(1.0, "scale", &entry.scale, 0.0..=1e9)?;
                 let angle = &entry.rotation_degrees;
                 let rotation = section.number_or(0.0, "rotation_degrees", angle, -1e6..=1e6)?;
@@ -241,7 +276,7 @@ impl<'a> Loader<'a> {
             }
             other => {
                 let reason = format!("there is no kind `{other}`");
-                let remedy = "use `sun` or `environment`";
+                let remedy = "use `sun`, `lamp` or `environment`";
                 return Err(section.error(entry.kind.span(), &reason, remedy));
             }
         };
@@ -249,6 +284,37 @@ impl<'a> Loader<'a> {
             name: entry.name.get_ref().clone(),
             kind,
         })
+    }
+
+    /// Nothing reaches into a lamp: there it would be in the dark, or the whole picture would shine.
+    fn check_lamp_is_free(&self, entry: &LightEntry, light: &Light, camera: &Camera) -> Result<()> {
+        let LightKind::Lamp {
+            position, radius, ..
+        } = light.kind
+        else {
+            return Ok(());
+        };
+        let distances = (self.objects.iter())
+            .map(|object| {
+                let owner = format!("object \"{}\"", object.name.escape_debug());
+                (owner, object.geometry.mesh().distance_to(position))
+            })
+            .chain([("the camera".into(), camera.position.distance(position))]);
+        for (owner, distance) in distances {
+            if distance <= radius {
+                let section = Section {
+                    source: self.source,
+                    owner: format!("light \"{}\"", light.name.escape_debug()),
+                    span: span(&entry.position),
+                };
+                let reason = format!(
+                    "{owner} reaches into the lamp, to {distance} m from the middle of a radius of {radius} m"
+                );
+                let remedy = "move one of them, or lower the radius";
+                return Err(section.error(section.span.clone(), &reason, remedy));
+            }
+        }
+        Ok(())
     }
 
     fn material(&mut self, entry: &MaterialEntry) -> Result<()> {

@@ -15,6 +15,9 @@ mod obj_text;
 pub use load::{Loaded, load};
 
 use glam::{DVec2, DVec3};
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::Triangle;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -58,7 +61,7 @@ pub struct Camera {
     pub exposure_ev: f64,
 }
 
-/// A distant light.
+/// What shines.
 #[derive(Debug, Clone)]
 pub struct Light {
     pub name: String,
@@ -67,7 +70,7 @@ pub struct Light {
 
 #[derive(Debug, Clone)]
 pub enum LightKind {
-    /// A disc of constant radiance.
+    /// A distant disc of constant radiance.
     Sun {
         /// Unit vector toward the light's centre.
         direction: DVec3,
@@ -75,6 +78,16 @@ pub enum LightKind {
         irradiance: DVec3,
         /// rad; 0 is a point at infinity.
         angular_radius: f64,
+    },
+    /// A sphere of the same radiance Φ/(4π²R²) everywhere and in all directions. A plane that faces it
+    /// at the distance d from its middle gets Φ/(4πd²). It casts no shadow.
+    Lamp {
+        /// Of its middle, m.
+        position: DVec3,
+        /// R, m; > 0.
+        radius: f64,
+        /// Φ, RGB, W.
+        radiant_flux: DVec3,
     },
     /// Radiance from every direction.
     Environment {
@@ -177,6 +190,22 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     /// Indices of corners, counter-clockwise from the front.
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// From `point` to the nearest point of the triangles, m; infinite where there is none.
+    pub fn distance_to(&self, point: DVec3) -> f64 {
+        let distance = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| {
+                let corner = self.positions[corner as usize] - point;
+                Vector::new(corner.x, corner.y, corner.z)
+            });
+            Triangle::new(a, b, c).distance_to_local_point(Vector::ZERO, true)
+        };
+        (self.triangles.iter())
+            .map(distance)
+            .fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// Rectangle origin + u·edge_u + v·edge_v, u, v ∈ [0, 1]; front face toward edge_u × edge_v.
@@ -284,7 +313,8 @@ impl Scene {
         self.objects.iter().position(|object| object.name == name)
     }
 
-    /// The scene `scale` times as large, then moved by `shift` (m).
+    /// The scene `scale` times as large, then moved by `shift` (m). Lamps get `scale`² times their
+    /// flux, so that irradiance stays.
     pub fn transformed(mut self, scale: f64, shift: DVec3) -> Self {
         let place = |p: &mut DVec3| *p = scale * *p + shift;
         let place_rect = |rect: &mut Rect| {
@@ -294,6 +324,18 @@ impl Scene {
         };
         place(&mut self.camera.position);
         place(&mut self.camera.target);
+        for light in &mut self.lights {
+            if let LightKind::Lamp {
+                position,
+                radius,
+                radiant_flux,
+            } = &mut light.kind
+            {
+                place(position);
+                *radius *= scale;
+                *radiant_flux *= scale * scale;
+            }
+        }
         for object in &mut self.objects {
             match &mut object.geometry {
                 Geometry::Mesh(mesh) => mesh.positions.iter_mut().for_each(place),

@@ -19,8 +19,7 @@ averages over their areas. The reference has noise, of about the error that it i
 const CLOSING: &str = "
 ## Without a test
 
-- Source on the circle, whose envelope is the cardioid: lights are distant.
-- Water of η = a cos kx, which focuses at the depth 1/(a k² (1 − 1/n)): there is no refraction.
+- Water of η = a cos kx, which focuses at the depth 1/(a k² (1 − 1/n)): `tests/water.rs`.
 - The irradiance from the curvatures of the wavefront, E₀ cos θ / |(1 + tκ₁)(1 + tκ₂)|, in general:
   only as the paraboloid above.
 - The peak at a fold, which grows as blur^(−1/2).

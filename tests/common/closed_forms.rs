@@ -11,6 +11,7 @@ use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
 use nephroid::scene::{EnvironmentMap, Geometry, LightKind, MaterialKind, Scene};
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// An exact answer.
@@ -98,6 +99,24 @@ flux F E₀ (s·n) A",
     source: "Derived: a plane mirror throws parallel light on as parallel light",
 };
 
+pub static IMAGE: Form = Form {
+    title: "Lamp before a flat mirror",
+    formula:
+        "Flux Φ, reflectance F, d and θ to the lamp's image behind the mirror, as seen from a floor:
+E = F Φ cos θ / (4π d²) inside of the mirror's outline, as seen from the image
+flux F Φ Ω / 4π, Ω the solid angle of the mirror as seen from the lamp",
+    source: "Derived: a sphere of radiance Φ/(4π²R²) is seen as a disc of the sine R/d, which gives \
+             π sin² times its radiance on a plane that faces it; a plane mirror shows its image",
+};
+
+pub static CARDIOID: Form = Form {
+    title: "Lamp on a circular mirror: the cardioid",
+    formula: "Light from a point of a circle of radius R, the envelope of the reflected rays:
+x = R (2 cos t + cos 2t) / 3,   y = R (2 sin t + sin 2t) / 3",
+    source: "J. D. Lawrence, *A Catalog of Special Plane Curves* (1972): the cardioid as the \
+             catacaustic of a circle",
+};
+
 pub static BALL: Form = Form {
     title: "Mirror ball in constant radiance",
     formula: "Radius R, centre h above a plane, radiance L from everywhere, r from the point below:
@@ -129,7 +148,9 @@ static ENERGY: &str = "energy";
 static RIDGE: Figure = Figure {
     name: "ridge from the curve at most, texels",
     unit: Unit::Texels,
-    error: |_, map| ridge_off_nephroid(map),
+    // The cusp is at x = −R/2, the curve opens toward the light; near the ring only light from low on
+    // it arrives, so the middle part is looked at.
+    error: |_, map| ridge_off_curve(map, 40..216, 118..139, nephroid),
 };
 
 static DISH_L1: Figure = Figure {
@@ -183,6 +204,54 @@ static MIRROR_ENERGY: Figure = Figure {
         let exact = COPPER.map(|reflectance| reflectance * s.z * MIRROR_AREA);
         ratio_error(flux(map, &rect(scene, "floor")), exact)
     },
+};
+
+static IMAGE_WORST: Figure = Figure {
+    name: "worst texel inside",
+    unit: Unit::Relative,
+    error: |scene, map| {
+        (image_inside(scene, map).into_iter())
+            .map(|(found, exact)| ratio_error(found, exact))
+            .fold(0.0, f64::max)
+    },
+};
+
+static IMAGE_L1: Figure = Figure {
+    name: "L1 inside",
+    unit: Unit::Relative,
+    error: |scene, map| {
+        let inside = image_inside(scene, map);
+        let sum = |of: fn(&([f64; 3], [f64; 3])) -> f64| inside.iter().map(of).sum::<f64>();
+        sum(|(found, exact)| (found[0] - exact[0]).abs()) / sum(|(_, exact)| exact[0])
+    },
+};
+
+static IMAGE_ENERGY: Figure = Figure {
+    name: ENERGY,
+    unit: Unit::Relative,
+    error: |scene, map| {
+        let lamp = lamp_of(scene);
+        let steps = 400;
+        let solid_angle: f64 = (0..steps * steps)
+            .map(|i| {
+                let place = |i: i32| (f64::from(i) + 0.5) / f64::from(steps);
+                let x = DVec3::new(
+                    0.8 * place(i % steps) - 0.4,
+                    0.6 * place(i / steps) + 0.2,
+                    0.0,
+                );
+                lamp.z / (lamp - x).length().powi(3) * MIRROR_AREA / f64::from(steps * steps)
+            })
+            .sum();
+        let exact = COPPER.map(|reflectance| reflectance * IMAGE_FLUX * solid_angle / (4.0 * PI));
+        ratio_error(flux(map, &rect(scene, "floor")), exact)
+    },
+};
+
+static CARDIOID_RIDGE: Figure = Figure {
+    name: RIDGE.name,
+    unit: Unit::Texels,
+    error: |_, map| ridge_off_curve(map, 34..222, 0..0, cardioid),
 };
 
 static BALL_L1: Figure = Figure {
@@ -343,6 +412,108 @@ pub static CASES: &[Case] = &[
             },
         ],
     },
+    image_case(
+        [256, 256],
+        Solver::Renderer(|| footprint(16_384)),
+        &[
+            Asked {
+                figure: &IMAGE_WORST,
+                bound: 0.005,
+                twins: &IMAGE_TWINS,
+            },
+            Asked {
+                figure: &IMAGE_ENERGY,
+                bound: 0.001,
+                twins: &[greener],
+            },
+        ],
+    ),
+    image_case(
+        [256, 256],
+        Solver::Renderer(|| method(Method::Beams, 16_384)),
+        &[
+            Asked {
+                figure: &IMAGE_WORST,
+                bound: 0.005,
+                twins: &IMAGE_TWINS,
+            },
+            Asked {
+                figure: &IMAGE_ENERGY,
+                bound: 0.001,
+                twins: &[greener],
+            },
+        ],
+    ),
+    image_case(
+        [64, 64],
+        Solver::Renderer(|| method(Method::Points, 8_000_000)),
+        &[
+            Asked {
+                figure: &IMAGE_L1,
+                bound: 0.005,
+                twins: &[|scene| brighter(scene, 1.01)],
+            },
+            Asked {
+                figure: &IMAGE_ENERGY,
+                bound: 0.001,
+                twins: &[greener],
+            },
+        ],
+    ),
+    image_case(
+        [32, 32],
+        Solver::Renderer(|| Settings {
+            epsilon: 0.0,
+            ..method(Method::Pinhole, 65_536)
+        }),
+        &[Asked {
+            figure: &IMAGE_L1,
+            bound: 0.005,
+            twins: &[|scene| brighter(scene, 1.01)],
+        }],
+    ),
+    image_case(
+        [64, 64],
+        Solver::Reference(0.001),
+        &[
+            Asked {
+                figure: &IMAGE_L1,
+                bound: 0.002,
+                twins: &IMAGE_TWINS,
+            },
+            Asked {
+                figure: &IMAGE_ENERGY,
+                bound: 1e-3,
+                twins: &[greener],
+            },
+        ],
+    ),
+    Case {
+        form: &CARDIOID,
+        scene_text: "ring that casts no shadow, lamp 0.4 m above its rim",
+        scene: lamp_on_ring,
+        receiver: "floor",
+        texels: [256, 256],
+        solver: Solver::Renderer(|| footprint(65_536)),
+        asked: &[Asked {
+            figure: &CARDIOID_RIDGE,
+            bound: 1.0,
+            twins: &[wider_ring, |scene| shifted_by_a_texel(scene, "floor")],
+        }],
+    },
+    Case {
+        form: &CARDIOID,
+        scene_text: "the same ring and lamp",
+        scene: lamp_on_ring,
+        receiver: "floor",
+        texels: [256, 256],
+        solver: Solver::Reference(0.03),
+        asked: &[Asked {
+            figure: &CARDIOID_RIDGE,
+            bound: 1.0,
+            twins: &[wider_ring],
+        }],
+    },
     Case {
         form: &BALL,
         scene_text: "`ball.toml`",
@@ -412,6 +583,24 @@ static MIRROR_BY_FOOTPRINTS: [Asked; 2] = [
         twins: &[greener],
     },
 ];
+
+/// 1 % of flux, and 1 cm of height.
+static IMAGE_TWINS: [fn(Scene) -> Scene; 2] = [
+    |scene| brighter(scene, 1.01),
+    |scene| lamp_moved(scene, 0.01 * DVec3::Y),
+];
+
+const fn image_case(texels: [u32; 2], solver: Solver, asked: &'static [Asked]) -> Case {
+    Case {
+        form: &IMAGE,
+        scene_text: "`mirror.toml` with a lamp",
+        scene: lamp_before_mirror,
+        receiver: "floor",
+        texels,
+        solver,
+        asked,
+    }
+}
 
 static RIM_ASKED: [Asked; 1] = [Asked {
     figure: &RIM_ENERGY,
@@ -503,34 +692,110 @@ fn rim_flux(elevation: f64) -> f64 {
         .sum()
 }
 
-/// How far, in texels, the ridge of a map of [`ring`]'s floor lies from the nephroid at most.
-///
-/// Light travels to −x. The cusp is at x = −R/2, the curve opens toward the light; near the ring
-/// only light from low on it arrives, so the middle part is looked at.
-fn ridge_off_nephroid(map: &RgbImage) -> f64 {
+/// How far, in texels, the ridge of a map of [`ring`]'s floor lies from a curve (x, z) at most, in these
+/// rows but those. Light travels to −x.
+fn ridge_off_curve(
+    map: &RgbImage,
+    rows: Range<u32>,
+    but: Range<u32>,
+    curve: fn(f64) -> [f64; 2],
+) -> f64 {
     assert_eq!([map.width, map.height], [256; 2]);
     let side = 2.0 / 256.0;
     let mut worst: f64 = 0.0;
-    for row in (40..216).filter(|row| !(118..=138).contains(row)) {
+    for row in rows.filter(|row| !but.contains(row)) {
         let z = -(1.0 - (f64::from(row) + 0.5) * side);
         let values = &map.pixels[row as usize * 256..][..256];
         let ridge = (0..256).max_by(|&a: &usize, &b| values[a][0].total_cmp(&values[b][0]));
         let x = -1.0 + (ridge.unwrap() as f64 + 0.5) * side;
-        worst = worst.max(distance_to_nephroid(x, z));
+        worst = worst.max(distance_to(curve, x, z));
     }
     worst / side
 }
 
-/// From (x, z) to x = −(3cos t − cos 3t)/4, z = (3 sin t − sin 3t)/4.
-fn distance_to_nephroid(x: f64, z: f64) -> f64 {
+fn nephroid(t: f64) -> [f64; 2] {
+    let x = -(3.0 * t.cos() - (3.0 * t).cos()) / 4.0;
+    [x, (3.0 * t.sin() - (3.0 * t).sin()) / 4.0]
+}
+
+fn cardioid(t: f64) -> [f64; 2] {
+    let x = (2.0 * t.cos() + (2.0 * t).cos()) / 3.0;
+    [x, (2.0 * t.sin() + (2.0 * t).sin()) / 3.0]
+}
+
+/// From (x, z) to a curve over t from 0 to 2π.
+fn distance_to(curve: fn(f64) -> [f64; 2], x: f64, z: f64) -> f64 {
     (0..100_000)
         .map(|i| {
-            let t = TAU * f64::from(i) / 100_000.0;
-            let on_x = -(3.0 * t.cos() - (3.0 * t).cos()) / 4.0;
-            let on_z = (3.0 * t.sin() - (3.0 * t).sin()) / 4.0;
+            let [on_x, on_z] = curve(TAU * f64::from(i) / 100_000.0);
             (x - on_x).hypot(z - on_z)
         })
         .fold(f64::INFINITY, f64::min)
+}
+
+/// W
+const IMAGE_FLUX: f64 = 20.0;
+
+/// `mirror.toml` with a lamp in place of the sun, all of whose reflected light lands on the floor.
+fn lamp_before_mirror() -> Scene {
+    let mut scene = load("mirror.toml");
+    scene.lights[0].kind = LightKind::Lamp {
+        position: DVec3::new(0.3, 2.0, 0.6),
+        radius: 0.01,
+        radiant_flux: DVec3::splat(IMAGE_FLUX),
+    };
+    scene
+}
+
+/// A lamp over a point of the ring, so high that light passes from the ring to its caustic at the height
+/// of the floor: that is after a third of the chord that it came by.
+fn lamp_on_ring() -> Scene {
+    let mut scene = ring(0.0, false);
+    scene.lights[0].kind = LightKind::Lamp {
+        position: DVec3::new(1.0, 2.0 * RING_HEIGHT, 0.0),
+        radius: 0.003,
+        radiant_flux: DVec3::splat(IMAGE_FLUX),
+    };
+    scene
+}
+
+/// What texels within the mirror's outline hold and should hold, RGB, W/m².
+fn image_inside(scene: &Scene, map: &RgbImage) -> Vec<([f64; 3], [f64; 3])> {
+    let lamp = lamp_of(scene);
+    let inside: Vec<_> = (middles(scene, "floor", [map.width, map.height]).iter())
+        .zip(&map.pixels)
+        .filter(|(p, _)| {
+            // From the image of the lamp through the plane z = 0 of the mirror.
+            let share = lamp.z / (lamp.z + p.z);
+            let x = lamp.x + share * (p.x - lamp.x);
+            let y = lamp.y * (1.0 - share);
+            // As in mirror_inside(); texels of 5 cm cover half as much of the mirror.
+            let margin = 0.04;
+            p.z > 0.0 && x.abs() < 0.4 - margin && (y - 0.5).abs() < 0.3 - margin
+        })
+        .map(|(p, rgb)| {
+            let way = lamp * DVec3::new(1.0, 1.0, -1.0) - *p;
+            let irradiance = IMAGE_FLUX / (4.0 * PI * way.length_squared()) * way.normalize().y;
+            (rgb.map(f64::from), COPPER.map(|share| share * irradiance))
+        })
+        .collect();
+    assert!(inside.len() * 13 > map.pixels.len(), "{}", inside.len());
+    inside
+}
+
+/// Place of the first light, a lamp.
+fn lamp_of(scene: &Scene) -> DVec3 {
+    match scene.lights[0].kind {
+        LightKind::Lamp { position, .. } => position,
+        _ => panic!("the first light is no lamp"),
+    }
+}
+
+fn lamp_moved(mut scene: Scene, by: DVec3) -> Scene {
+    if let LightKind::Lamp { position, .. } = &mut scene.lights[0].kind {
+        *position += by;
+    }
+    scene
 }
 
 const LAMP_SIZE: [u32; 2] = [256, 128];

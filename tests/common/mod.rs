@@ -84,11 +84,12 @@ pub fn only_receiver(mut scene: Scene, receiver: &str, texels: [u32; 2]) -> Scen
     scene
 }
 
-/// The scene with every sun's irradiance and every environment's radiance times `factor`.
+/// The scene with every sun's irradiance, lamp's flux and environment's radiance times `factor`.
 pub fn brighter(mut scene: Scene, factor: f64) -> Scene {
     for light in &mut scene.lights {
         match &mut light.kind {
             LightKind::Sun { irradiance, .. } => *irradiance *= factor,
+            LightKind::Lamp { radiant_flux, .. } => *radiant_flux *= factor,
             LightKind::Environment { scale, .. } => *scale *= factor,
         }
     }
@@ -117,7 +118,7 @@ pub fn with_sun_of(mut scene: Scene, degrees: f64) -> Scene {
 pub fn toward_sun(scene: &Scene) -> DVec3 {
     match scene.lights[0].kind {
         LightKind::Sun { direction, .. } => direction,
-        LightKind::Environment { .. } => panic!("the first light is no sun"),
+        _ => panic!("the first light is no sun"),
     }
 }
 

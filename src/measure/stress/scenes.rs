@@ -364,7 +364,7 @@ mod tests {
             let total: DVec3 = (scene.lights.iter())
                 .map(|light| match light.kind {
                     LightKind::Sun { irradiance, .. } => irradiance,
-                    LightKind::Environment { .. } => panic!("all are suns"),
+                    _ => panic!("all are suns"),
                 })
                 .sum();
             assert!((total - DVec3::ONE).length() < 1e-9);
