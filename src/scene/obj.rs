@@ -9,7 +9,7 @@ use crate::error::Result;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashSet};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes of a file.
 const MAX_BYTES: u64 = 1 << 30;
@@ -21,7 +21,63 @@ const NAME_A_MATERIAL: &str = "give the object a `material` of the scene file, w
 pub struct Part {
     /// Name and kind by the MTL files; none if these were not asked for.
     pub material: Option<(String, MaterialKind)>,
-    pub mesh: Mesh,
+    /// One for each file, all with the same triangles.
+    pub meshes: Vec<Mesh>,
+}
+
+/// A [`Part`] of one file.
+struct FilePart {
+    material: Option<(String, MaterialKind)>,
+    mesh: Mesh,
+    /// Of the mesh's triangles, as the file counts corners.
+    corners: Vec<[u32; 3]>,
+}
+
+/// Reads the OBJ files of at least one frame of a mesh, all of one topology: their parts have the
+/// same materials, and their triangles the same corners by the files' count. What corners have in
+/// common by chance in one frame does not matter.
+///
+/// # Errors
+/// As [`read`], and where a file's topology is not that of the first.
+pub fn read_frames(
+    paths: &[PathBuf],
+    root: &AssetRoot,
+    use_mtl: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Part>> {
+    let bytes = |path: &PathBuf| path.metadata().map_or(0, |metadata| metadata.len());
+    if paths.iter().map(bytes).sum::<u64>() > MAX_BYTES {
+        let folder = paths[0].parent().unwrap_or(&paths[0]);
+        let reason = format!("its meshes together are larger than {} MiB", MAX_BYTES >> 20);
+        return Err(refused(folder, &reason, "use fewer or coarser meshes"));
+    }
+    let mut frames = paths.iter().map(|path| {
+        let parts = read_file(path, root, use_mtl, false, warnings)?;
+        Ok((path, parts))
+    });
+    let (first_path, first) = frames.next().expect("a folder with a mesh")?;
+    let mut parts: Vec<Part> = (first.iter())
+        .map(|part| Part {
+            material: part.material.clone(),
+            meshes: vec![part.mesh.clone()],
+        })
+        .collect();
+    for frame in frames {
+        let (path, next) = frame?;
+        let name = |part: &FilePart| part.material.as_ref().map(|(name, _)| name.clone());
+        let same = next.len() == first.len()
+            && (next.iter().zip(&first)).all(|(a, b)| a.corners == b.corners && name(a) == name(b));
+        if !same {
+            let reason = format!("its topology is not that of {}", first_path.display());
+            let remedy = "export all frames with the same faces and materials in the same order, \
+                          cut into triangles that all have an area";
+            return Err(refused(path, &reason, remedy));
+        }
+        for (part, next) in parts.iter_mut().zip(next) {
+            part.meshes.push(next.mesh);
+        }
+    }
+    Ok(parts)
 }
 
 /// Reads an OBJ file. With `use_mtl` its MTL files are read, too, and there is a part for each
@@ -36,6 +92,22 @@ pub fn read(
     use_mtl: bool,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Part>> {
+    let parts = read_file(path, root, use_mtl, true, warnings)?;
+    let part = |part: FilePart| Part {
+        material: part.material,
+        meshes: vec![part.mesh],
+    };
+    Ok(parts.into_iter().map(part).collect())
+}
+
+/// `merge`: corners with equal position and normal become one.
+fn read_file(
+    path: &Path,
+    root: &AssetRoot,
+    use_mtl: bool,
+    merge: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<FilePart>> {
     let content = asset::read(path, MAX_BYTES)?;
     // Old files have comments in other encodings; all that matters is ASCII.
     let text = String::from_utf8_lossy(&content);
@@ -117,9 +189,13 @@ pub fn read(
             }
             None => None,
         };
-        let (mesh, count) = soup.mesh(&triangles, &smooth);
+        let (mesh, count) = soup.mesh(&triangles, &smooth, merge);
         behind += count;
-        parts.push(Part { material, mesh });
+        parts.push(FilePart {
+            material,
+            mesh,
+            corners: triangles,
+        });
     }
 
     let mixed = if has_normals || plain.bare_corners == plain.corners {
