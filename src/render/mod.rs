@@ -150,8 +150,7 @@ impl Caustic {
             }
             Method::Pinhole => {
                 let sample = Sample::new(context, device)?;
-                let pinhole =
-                    Pinhole::new(context, device, &sample.patches, light_map, settings)?;
+                let pinhole = Pinhole::new(context, device, &sample.patches, light_map, settings)?;
                 Caustic::Pinhole { sample, pinhole }
             }
             Method::Points => Caustic::Points(Points::new(context, device, settings.samples)?),
@@ -199,8 +198,8 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Usage`] where `scene` has other objects, shapes, kinds of material or lights, or
-    /// light maps of other sizes; then nothing has changed. After [`Error::Usage`] for too many
-    /// patches, or [`Error::Device`] where the device fails, make a new renderer.
+    /// light maps of other sizes, or too many patches; [`Error::Device`] where the device fails. What
+    /// is shown before another update succeeds is then undefined.
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
         let Self {
             context,
@@ -210,8 +209,14 @@ impl Renderer {
             recorder,
             ..
         } = self;
+        let room = device.patch_room;
         if device.update(context, recorder, scene)? {
-            self.caustic = Caustic::new(context, device, light_map, settings)?;
+            self.caustic =
+                Caustic::new(context, device, light_map, settings).inspect_err(|_| {
+                    // The stages still have the old room, which these patches would not fit into.
+                    device.patch_room = room;
+                    (device.patch_count, device.reflector_count) = (0, 0);
+                })?;
         }
         Ok(())
     }
@@ -220,7 +225,8 @@ impl Renderer {
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if !self.scene.trace {
-            let note = "no rays are traced for the caustic: nothing in the scene can block its light";
+            let note =
+                "no rays are traced for the caustic: nothing in the scene can block its light";
             notes.push(note.into());
         }
         if self.scene.has_environment && self.settings.method != Method::Pinhole {

@@ -70,10 +70,18 @@ impl Specular {
             }
         }
         let sum = |objects: &[(f64, f64)]| objects.iter().map(|(area, _)| area).sum::<f64>();
-        let total = if sum(&lit) > 0.0 { sum(&lit) } else { sum(&all) };
+        let total = if sum(&lit) > 0.0 {
+            sum(&lit)
+        } else {
+            sum(&all)
+        };
         for (cut, area) in triangles.iter_mut().zip(areas) {
             let object = cut.object as usize;
-            let (sum, count) = if lit[object].0 > 0.0 { lit[object] } else { all[object] };
+            let (sum, count) = if lit[object].0 > 0.0 {
+                lit[object]
+            } else {
+                all[object]
+            };
             let mean = sum / count;
             let patches = f64::from(samples) * mean / total;
             let finer = (area / (LARGE * mean)).sqrt().max(1.0);
@@ -87,11 +95,7 @@ impl Specular {
     ///
     /// # Errors
     /// [`Error::Usage`] where there are more pairs of patch and sun than 32 bits count.
-    pub fn lit(
-        &self,
-        soup: &Soup,
-        suns: &[layout::Sun],
-    ) -> Result<(Vec<layout::Reflector>, u32)> {
+    pub fn lit(&self, soup: &Soup, suns: &[layout::Sun]) -> Result<(Vec<layout::Reflector>, u32)> {
         let (mut patch_count, mut cumulative_area) = (0u64, 0.0);
         let mut reflectors = Vec::with_capacity(self.triangles.len());
         for cut in &self.triangles {

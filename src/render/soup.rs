@@ -132,7 +132,11 @@ impl Soup {
             return false;
         }
         let place = |i: &u32| *i as usize;
-        self.triangles = self.places.iter().map(|i| self.triangles[place(i)]).collect();
+        self.triangles = self
+            .places
+            .iter()
+            .map(|i| self.triangles[place(i)])
+            .collect();
         self.normals = self.places.iter().map(|i| self.normals[place(i)]).collect();
         self.bvh = Bvh::new(&self.triangles);
         self.arrange();

@@ -32,8 +32,10 @@ impl DeviceScene {
     ) -> Result<bool> {
         check_same_structure(&self.scene, scene)?;
         let Lights { suns, environment } = lights(scene)?;
+        // Until this one is through.
+        let stale = std::mem::replace(&mut self.stale, true);
         let moved: Vec<usize> = (0..scene.objects.len())
-            .filter(|&i| !same_geometry(&self.scene.objects[i], &scene.objects[i]))
+            .filter(|&i| stale || !same_geometry(&self.scene.objects[i], &scene.objects[i]))
             .collect();
         for &index in &moved {
             let mesh = scene.objects[index].geometry.mesh();
@@ -63,7 +65,7 @@ impl DeviceScene {
             self.rotation = sky.rotation;
             let last = lights(&self.scene)?.environment;
             let same = last.is_some_and(|l| l.scale == sky.scale && Arc::ptr_eq(l.map, sky.map));
-            if !same {
+            if stale || !same {
                 let levels = mip_chain(sky.map, sky.scale);
                 self.environment.write_levels(recorder, &levels)?;
             }
@@ -95,6 +97,7 @@ impl DeviceScene {
         self.reflector_count = reflectors.len() as u32;
         self.patch_count = patch_count;
         self.scene = scene.clone();
+        self.stale = false;
         if patch_count <= self.patch_room {
             return Ok(false);
         }
@@ -115,7 +118,7 @@ fn same_geometry(a: &Object, b: &Object) -> bool {
 
 /// That only places, sizes, directions and colours differ.
 fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
-    let differs = |what: String| {
+    let another = |what: String| {
         Err(Error::Usage {
             reason: format!("the scene is another than before: {what}"),
             remedy: "make a new renderer for it".into(),
@@ -126,7 +129,7 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
         ("lights", a.lights.len(), b.lights.len()),
     ] {
         if before != now {
-            return differs(format!("it had {before} {what} and has {now}"));
+            return another(format!("it had {before} {what} and has {now}"));
         }
     }
     for (light, other) in a.lights.iter().zip(&b.lights) {
@@ -137,34 +140,31 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
             (a, b) => discriminant(a) == discriminant(b),
         };
         if !same {
-            return differs(format!("light `{}` is of another kind or size", other.name));
+            return another(format!("light `{}` is of another kind or size", other.name));
         }
     }
     for (object, other) in a.objects.iter().zip(&b.objects) {
-        let kind = |scene: &Scene, object: &Object| {
-            discriminant(&scene.materials[object.material].kind)
-        };
+        let kind =
+            |scene: &Scene, object: &Object| discriminant(&scene.materials[object.material].kind);
         let what = if kind(a, object) != kind(b, other) {
-            "material is of another kind"
+            "the kind of material"
         } else if !same_topology(&object.geometry, &other.geometry) {
-            "shape has another topology"
+            "the topology"
         } else if object.light_map != other.light_map {
-            "light map has another size"
+            "the size of the light map"
         } else if object.blocks_light != other.blocks_light {
-            "shadow is new or gone"
+            "the shadow"
         } else {
             continue;
         };
-        return differs(format!("the {what} of object `{}`", other.name));
+        return another(format!("{what} of object `{}` differs", other.name));
     }
     Ok(())
 }
 
 fn same_topology(a: &Geometry, b: &Geometry) -> bool {
     match (a, b) {
-        (Geometry::Mesh(a), Geometry::Mesh(b)) => {
-            Arc::ptr_eq(a, b) || a.triangles == b.triangles
-        }
+        (Geometry::Mesh(a), Geometry::Mesh(b)) => Arc::ptr_eq(a, b) || a.triangles == b.triangles,
         (Geometry::Waves(a), Geometry::Waves(b)) => a.quads == b.quads,
         (a, b) => discriminant(a) == discriminant(b),
     }

@@ -10,7 +10,9 @@ use super::parts::{Part, parts};
 use super::reflectors::Specular;
 use super::soup::Soup;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Sampling, Shader, Staging, Write};
+use crate::gpu::{
+    Buffer, Context, Image, Pipeline, Recorder, Resource, Sampling, Shader, Staging, Write,
+};
 use crate::scene::{EnvironmentMap, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec3, UVec2};
 use std::borrow::Cow;
@@ -61,6 +63,8 @@ pub struct DeviceScene {
     pub(super) soup: Soup,
     pub(super) specular: Specular,
     pub(super) staging: Staging,
+    /// Whether the last update failed half-way.
+    pub(super) stale: bool,
 }
 
 impl DeviceScene {
@@ -132,6 +136,7 @@ impl DeviceScene {
             soup,
             specular,
             staging,
+            stale: false,
         })
     }
 

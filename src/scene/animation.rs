@@ -1,8 +1,6 @@
 //! Scenes over time: keyframes, waves that travel, and meshes that have a frame for every time.
 
-use super::{
-    Camera, Geometry, Light, LightKind, Material, Mesh, Object, Scene, Similarity, Waves,
-};
+use super::{Camera, Geometry, Light, LightKind, Material, Mesh, Object, Scene, Similarity, Waves};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
@@ -50,7 +48,9 @@ impl<T: Clone> Keyframes<T> {
         let next = self.0.partition_point(|(start, _)| *start <= time);
         let (start, value) = &self.0[next.saturating_sub(1)];
         match self.0.get(next) {
-            Some((end, after)) if time > *start => mix(value, after, (time - start) / (end - start)),
+            Some((end, after)) if time > *start => {
+                mix(value, after, (time - start) / (end - start))
+            }
             _ => value.clone(),
         }
     }
@@ -245,7 +245,11 @@ mod tests {
             (4.0, 0.0),
             (9.0, 0.0),
         ] {
-            assert_eq!(keyframes.at(time, |a, b, s| mix(*a, *b, s)), value, "{time}");
+            assert_eq!(
+                keyframes.at(time, |a, b, s| mix(*a, *b, s)),
+                value,
+                "{time}"
+            );
         }
     }
 
@@ -261,7 +265,12 @@ mod tests {
                 scale: 2.0,
             }),
         };
-        let moved = motion.similarity(&motion.pose(3.0)).place(DVec3::new(2.0, 1.0, 0.0));
-        assert!(moved.distance(DVec3::new(1.0, 7.0, -2.0)) < 1e-12, "{moved}");
+        let moved = motion
+            .similarity(&motion.pose(3.0))
+            .place(DVec3::new(2.0, 1.0, 0.0));
+        assert!(
+            moved.distance(DVec3::new(1.0, 7.0, -2.0)) < 1e-12,
+            "{moved}"
+        );
     }
 }

@@ -52,7 +52,9 @@ fn keyframes<'k, 's, K>(
             && seconds <= before
         {
             let reason = format!("the keyframe at {seconds} s stands after that at {before} s");
-            let place = time(keys).as_ref().map_or(section.span.clone(), Spanned::span);
+            let place = time(keys)
+                .as_ref()
+                .map_or(section.span.clone(), Spanned::span);
             let remedy = "put the keyframes in the order of their times, one for each";
             return Err(section.error(place, &reason, remedy));
         }
@@ -105,8 +107,12 @@ pub fn camera(
         let mut table = entry.clone();
         keyframe.enter("position", &mut table.position, |keys| &keys.position)?;
         keyframe.enter("target", &mut table.target, |keys| &keys.target)?;
-        keyframe.enter("fov_degrees", &mut table.fov_degrees, |keys| &keys.fov_degrees)?;
-        keyframe.enter("exposure_ev", &mut table.exposure_ev, |keys| &keys.exposure_ev)?;
+        keyframe.enter("fov_degrees", &mut table.fov_degrees, |keys| {
+            &keys.fov_degrees
+        })?;
+        keyframe.enter("exposure_ev", &mut table.exposure_ev, |keys| {
+            &keys.exposure_ev
+        })?;
         let camera = read(&keyframe.section, &table)?;
         if let Some((before, last)) = cameras.last()
             && passes_vertical(last.target - last.position, camera.target - camera.position)
@@ -180,7 +186,9 @@ pub fn motion(section: &Section, entry: &Spanned<MotionEntry>) -> Result<Motion>
     let entry = entry.get_ref();
     let list = section.required("keyframes", &entry.keyframes)?;
     let frames = keyframes(&section, list, |keys: &PoseKeys| &keys.time)?;
-    let turns = frames.iter().any(|frame| frame.keys.angle_degrees.is_some());
+    let turns = frames
+        .iter()
+        .any(|frame| frame.keys.angle_degrees.is_some());
     let axis = match &entry.axis {
         None if !turns => DVec3::Y,
         axis => {
@@ -202,7 +210,12 @@ pub fn motion(section: &Section, entry: &Spanned<MotionEntry>) -> Result<Motion>
     {
         let angle = section.number_or(0.0, "angle_degrees", &keys.angle_degrees, DEGREES)?;
         let pose = Pose {
-            translation: section.triple_or(DVec3::ZERO, "translation", &keys.translation, METRES)?,
+            translation: section.triple_or(
+                DVec3::ZERO,
+                "translation",
+                &keys.translation,
+                METRES,
+            )?,
             angle: angle.to_radians(),
             scale: section.number_or(1.0, "scale", &keys.scale, SCALE)?,
         };

@@ -425,14 +425,22 @@ impl<'a> Loader<'a> {
     }
 
     /// The OBJ files of a folder in the order of their names.
-    fn frame_paths(&self, section: &Section, frames: &Spanned<FramesEntry>) -> Result<Vec<PathBuf>> {
+    fn frame_paths(
+        &self,
+        section: &Section,
+        frames: &Spanned<FramesEntry>,
+    ) -> Result<Vec<PathBuf>> {
         let section = Section {
             span: frames.span(),
             ..section.clone()
         };
         let folder = section.required("folder", &frames.get_ref().folder)?;
-        (self.root.resolve_folder(self.source.path, folder.get_ref(), "obj")).map_err(|reason| {
-            let remedy = "name a folder of .obj files under the asset root, relative to the scene file";
+        (self
+            .root
+            .resolve_folder(self.source.path, folder.get_ref(), "obj"))
+        .map_err(|reason| {
+            let remedy =
+                "name a folder of .obj files under the asset root, relative to the scene file";
             section.error(folder.span(), &reason, remedy)
         })
     }
@@ -516,8 +524,7 @@ fn camera(section: &Section, entry: &CameraEntry) -> Result<Camera> {
         return Err(section.error(section.span.clone(), reason, remedy));
     }
     let fov = section.number("fov_degrees", &entry.fov_degrees, 0.001..=179.999)?;
-    let exposure_ev =
-        section.number_or(0.0, "exposure_ev", &entry.exposure_ev, -64.0..=64.0)?;
+    let exposure_ev = section.number_or(0.0, "exposure_ev", &entry.exposure_ev, -64.0..=64.0)?;
     Ok(Camera {
         position,
         target,

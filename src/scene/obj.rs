@@ -48,7 +48,10 @@ pub fn read_frames(
     let bytes = |path: &PathBuf| path.metadata().map_or(0, |metadata| metadata.len());
     if paths.iter().map(bytes).sum::<u64>() > MAX_BYTES {
         let folder = paths[0].parent().unwrap_or(&paths[0]);
-        let reason = format!("its meshes together are larger than {} MiB", MAX_BYTES >> 20);
+        let reason = format!(
+            "its meshes together are larger than {} MiB",
+            MAX_BYTES >> 20
+        );
         return Err(refused(folder, &reason, "use fewer or coarser meshes"));
     }
     let mut frames = paths.iter().map(|path| {
