@@ -452,7 +452,9 @@ fn frames_are_numbered_and_those_of_their_times() {
         }
         still.args(["--time", "0.4"]).assert().success();
         assert!(content(&zeroth) == content(&second));
-        [first, second, zeroth].map(|file| std::fs::remove_file(file).unwrap());
+        for file in [first, second, zeroth] {
+            std::fs::remove_file(file).unwrap();
+        }
     }
 }
 

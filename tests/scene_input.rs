@@ -1045,7 +1045,7 @@ fn bad_keyframes() {
         (
             "rotation_degrees = 90.0",
             keyframes("{ time = 0, scale = 1 }, { time = 1, scale = 1e99 }"),
-            "scale: 1e99 is not within",
+            "light \"sky\": scale: 1000",
         ),
     ] {
         let message = Folder::new().error_after("scene.toml", from, &to);
