@@ -1,5 +1,5 @@
 //! What a frame costs in which everything moves, beside one in which nothing does. Run by `make
-//! bench-motion`; it only measures and demands no speed.
+//! bench`; it only measures and demands no speed.
 //!
 //! Frames of both kinds take turns, so that what else the machine does falls on both. `evaluate` is
 //! `Animation::at` or what a program has in its place, here in Rust: the scene of that time.

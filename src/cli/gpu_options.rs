@@ -297,7 +297,7 @@ impl GpuOptions {
     /// wrong with it.
     fn still(&self, mut session: Session, file: &Path, job: &impl Job) -> Result<Report> {
         let (renderer, scene) = (&mut session.renderer, &session.scene);
-        let mut frame = |renderer: &mut Renderer| job.render(renderer, scene);
+        let frame = |renderer: &mut Renderer| job.render(renderer, scene);
         // The first frame pays for what drivers put off, so it is not the one that is timed.
         frame(renderer)?;
         let mut times = Vec::new();
@@ -316,7 +316,7 @@ impl GpuOptions {
             }
             let mut frames = Vec::new();
             for _ in 0..FRAMES {
-                frames.push(times_of_passes(renderer, &mut frame)?);
+                frames.push(times_of_passes(renderer, frame)?);
                 bar.inc(1);
             }
             bar.finish_and_clear();
