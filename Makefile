@@ -19,7 +19,7 @@ accuracy:
 	.ci/setup demo
 	cargo run --release --example accuracy
 
-# What every pass costs, beside points of equal error: a few minutes.
+# What every pass costs, beside points of equal error, and what motion costs: a few minutes.
 bench:
 	.ci/setup demo
-	cargo bench --bench passes
+	cargo bench --bench passes --bench motion

@@ -46,6 +46,15 @@ pub enum Error {
     #[error("{} validation message(s), the first: {first}", count)]
     Validation { count: usize, first: String },
 
+    /// Some frames of a sequence could not be made; the others were.
+    #[error("{} of {count} frames failed ({}); the first: {first}", failed.len(), listed(failed))]
+    Frames {
+        /// Their numbers.
+        failed: Vec<u32>,
+        count: usize,
+        first: Box<Error>,
+    },
+
     /// Stopped by Ctrl-C. What was finished before is kept, and no file is left half-written.
     #[error("stopped by Ctrl-C")]
     Cancelled,
@@ -57,9 +66,17 @@ fn at(place: &Option<String>) -> String {
         .map_or(String::new(), |place| format!(", {place}"))
 }
 
+/// The first ten.
+fn listed(numbers: &[u32]) -> String {
+    const MOST: usize = 10;
+    let shown: Vec<String> = (numbers.iter().take(MOST)).map(u32::to_string).collect();
+    let rest = if numbers.len() > MOST { ", …" } else { "" };
+    shown.join(", ") + rest
+}
+
 impl Error {
     /// Exit code of the command line: 1 validation message, 2 usage or unwritable output, 3 bad
-    /// scene or asset, 4 no suitable device, 5 device lost or out of memory, 130 stopped by Ctrl-C.
+    /// scene or asset, 4 no suitable device, 5 device lost or out of memory, 6 some frames failed, 130 stopped by Ctrl-C.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Validation { .. } => 1,
@@ -67,6 +84,7 @@ impl Error {
             Self::Input { .. } => 3,
             Self::NoDevice { .. } => 4,
             Self::Device { .. } => 5,
+            Self::Frames { .. } => 6,
             Self::Cancelled => 130,
         }
     }

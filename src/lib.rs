@@ -28,7 +28,7 @@
 //! # The tour
 //!
 //! [`scene`] reads a scene file and the meshes and images that it names into plain data: SI units,
-//! radians, f64, no Vulkan. What it returns is fit to be rendered; what is wrong with a file is an
+//! radians, f64, no Vulkan, at one time; [`scene::Animation`] has it at every time. What it returns is fit to be rendered; what is wrong with a file is an
 //! [`Error`] with file, line and remedy, and what is merely odd is a warning.
 //!
 //! [`gpu`] is a thin layer over ash: the device, buffers and images that own their memory,
@@ -38,8 +38,9 @@
 //! [`render`] is the renderer. Its module is the list of passes with every barrier. A frame of the
 //! default method runs through these stages:
 //!
-//! - *upload*, once: triangles, a bounding volume hierarchy, lights and receivers go to the device,
-//!   around an origin in the middle of the scene.
+//! - *upload*: triangles, a bounding volume hierarchy, lights and receivers go to the device,
+//!   around an origin in the middle of the scene. For another frame, [`render::Renderer::update`]
+//!   uploads what has moved.
 //! - *sample*: the mirrors' triangles are cut into patches, small triangles with a normal and its
 //!   change along the edges.
 //! - *project*: each patch images each sun and lamp onto each receiver, as a footprint: a centre, a

@@ -39,6 +39,30 @@ fn reference_writes_a_map_that_compares_with_itself() {
 }
 
 #[test]
+fn references_of_frames_are_numbered() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut frames = reference(&scene("pool.toml"), &folder.path().join("map.exr"));
+    frames.args([
+        "--receiver",
+        "floor",
+        "--lightmap",
+        "8",
+        "--error",
+        "0.2",
+        "--frames",
+        "0-1",
+    ]);
+    let report = json(&mut frames);
+    assert_eq!(report["frames"].as_array().unwrap().len(), 2);
+    let [first, second] = ["map.0000.exr", "map.0001.exr"].map(|name| folder.path().join(name));
+    assert_ne!(json(&mut compare(&first, &second))["l1"], 0.0);
+    let mut still = reference(&scene("pool.toml"), &first);
+    still.args(["--receiver", "floor", "--lightmap", "8", "--error", "0.2"]);
+    json(still.args(["--time", &(1.0f64 / 24.0).to_string()]));
+    assert_eq!(json(&mut compare(&first, &second))["l1"], 0.0);
+}
+
+#[test]
 fn too_few_samples_are_said_on_stderr() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = reference(&scene("mirror.toml"), &folder.path().join("map.exr"));

@@ -406,3 +406,122 @@ fn a_damaged_pipeline_cache_is_ignored() {
     std::fs::write(&kept, "in the way").unwrap();
     assert_eq!(bake(), first);
 }
+
+/// `render` or `bake` of frames of the pool, with an output of a fitting kind.
+fn frames(command: &str, folder: &Path, range: &str) -> Command {
+    let output = COMMANDS
+        .iter()
+        .find(|(name, _)| *name == command)
+        .unwrap()
+        .1;
+    let mut frames = run(command, &scene("pool.toml"), &folder.join(output));
+    frames.args(["--frames", range]);
+    if command == "bake" {
+        frames.args(["--receiver", "floor"]);
+    }
+    frames
+}
+
+#[test]
+fn frames_are_numbered_and_those_of_their_times() {
+    let folder = tempfile::tempdir().unwrap();
+    for (command, names_of_frames) in [
+        ("render", ["view.0003.png", "view.0004.png"]),
+        ("bake", ["map.0003.exr", "map.0004.exr"]),
+    ] {
+        let mut sequence = frames(command, folder.path(), "3-4");
+        let report = json(sequence.args(["--fps", "10", "--profile", "--validate"]));
+        let of_frames = report["frames"].as_array().unwrap();
+        let times: Vec<f64> = (of_frames.iter())
+            .map(|frame| frame["time"].as_f64().unwrap())
+            .collect();
+        assert_eq!(times, [0.3, 0.4]);
+        assert!(report["update"]["median"].as_f64().unwrap() > 0.0);
+        assert!(report["passes"].as_array().unwrap().len() > 3);
+        assert_eq!(names(folder.path()), names_of_frames);
+        // A still of the time is the same to the bit.
+        let [first, second] = names_of_frames.map(|name| folder.path().join(name));
+        let mut still = frames(command, folder.path(), "0-0");
+        still.assert().success();
+        let zeroth = first.with_file_name(names_of_frames[0].replace("0003", "0000"));
+        let content = |path: &Path| std::fs::read(path).unwrap();
+        assert!(content(&zeroth) != content(&first));
+        let mut still = run(command, &scene("pool.toml"), &zeroth);
+        if command == "bake" {
+            still.args(["--receiver", "floor"]);
+        }
+        still.args(["--time", "0.4"]).assert().success();
+        assert!(content(&zeroth) == content(&second));
+        for file in [first, second, zeroth] {
+            std::fs::remove_file(file).unwrap();
+        }
+    }
+}
+
+#[test]
+fn frames_that_fail_leave_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("map.0001.exr")).unwrap();
+    let parts = [
+        "1 of 3 frames failed (1); the first: ",
+        "map.0001.exr",
+        "it is a folder",
+    ];
+    refuses(&mut frames("bake", folder.path(), "0-2"), 6, &parts);
+    assert_eq!(
+        names(folder.path()),
+        ["map.0000.exr", "map.0001.exr", "map.0002.exr"]
+    );
+}
+
+#[test]
+fn bad_times_exit_with_2_and_write_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for (command, output) in COMMANDS {
+        for (options, part) in [
+            (&["--frames", "4-3"][..], "0-119"),
+            (&["--frames", "4"], "0-119"),
+            (&["--frames", "0-1000000"], "99999"),
+            (&["--frames", "0-1", "--time", "1"], "cannot be used with"),
+            (&["--fps", "10"], "--frames"),
+            (&["--frames", "0-1", "--fps", "0"], "frames a second"),
+            (&["--time", "nan"], "seconds"),
+        ] {
+            let mut bad = run(command, &scene("pool.toml"), &folder.path().join(output));
+            refuses(bad.args(options), 2, &[part]);
+        }
+    }
+    assert_eq!(names(folder.path()), Vec::<String>::new());
+}
+
+/// Ctrl-C keeps the frames that are finished, whole, and exits with 130.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_sequence_between_frames() {
+    use std::process::{Command, Stdio};
+    use std::time::Duration;
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("nephroid"))
+        .args(["bake", "--receiver", "floor", "--frames", "0-99999", "-o"])
+        .arg(folder.path().join("map.exr"))
+        .arg(scene("pool.toml"))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let first = folder.path().join("map.0000.exr");
+    for _ in 0..600 {
+        if first.exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    let pid = child.id().to_string();
+    Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let frames = names(folder.path());
+    assert!(!frames.is_empty());
+    for (index, name) in frames.iter().enumerate() {
+        assert_eq!(*name, format!("map.{index:04}.exr"));
+        read_rgb(&folder.path().join(name)).unwrap();
+    }
+}

@@ -8,6 +8,7 @@ use glam::DVec3;
 use nephroid::measure;
 use nephroid::reference::{Options, caustic};
 use nephroid::scene::{Geometry, LightKind, Object, Rect, Scene};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// (E₁ − E₂)² / (σ₁² + σ₂²) has mean 1 over texels, if the standard errors are honest; and the L1
@@ -123,6 +124,7 @@ fn a_floor_blocks_light_from_below() {
             direction.y = -direction.y;
         }
         if let Geometry::Mesh(mesh) = &mut scene.objects[0].geometry {
+            let mesh = Arc::make_mut(mesh);
             mesh.positions.iter_mut().for_each(|p| p.y += 0.1);
             for normal in &mut mesh.normals {
                 *normal = (*normal - DVec3::Y).normalize();

@@ -1,10 +1,13 @@
 //! `nephroid bake`: a receiver's light map.
 
 use super::files::MapFiles;
-use super::gpu_options::GpuOptions;
+use super::gpu_options::{GpuOptions, Job};
 use clap::{Args, ValueEnum};
 use nephroid::Result;
 use nephroid::image_file::{RgbImage, write_exr};
+use nephroid::render::Renderer;
+use nephroid::scene::Scene;
+use std::path::Path;
 
 /// Render a receiver's light map on the device
 ///
@@ -31,38 +34,52 @@ enum Component {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let files = &arguments.map.files;
-    files.check_output(&["exr"])?;
-    let output = files.output.as_path();
-    let mut session = arguments.gpu.open(&files.scene)?;
+    let (files, gpu) = (&arguments.map.files, &arguments.gpu);
+    let shots = files.shots(&gpu.timeline, &["exr"])?;
+    let session = gpu.open(&files.scene, shots[0].time)?;
     let (receiver, _) = arguments.map.find_receiver(&session.scene)?;
     let component = arguments.component;
-    let has_caustic = component != Component::Direct;
-    let gpu = &arguments.gpu;
-    let report = gpu.run(
-        &mut session,
-        output,
-        has_caustic,
-        |renderer, _| match component {
+    let job = Bake {
+        receiver,
+        component,
+    };
+    gpu.execute(session, files, &shots, &job)
+}
+
+struct Bake {
+    receiver: usize,
+    component: Component,
+}
+
+impl Job for Bake {
+    fn has_caustic(&self) -> bool {
+        self.component != Component::Direct
+    }
+
+    fn render(&self, renderer: &mut Renderer, _: &Scene) -> Result<()> {
+        match self.component {
             Component::Caustic => renderer.caustic(),
             Component::Direct => renderer.direct(),
             Component::Total => renderer.caustic().and_then(|()| renderer.direct()),
-        },
-    )?;
-    let renderer = &session.renderer;
-    let image = match component {
-        Component::Caustic => renderer.read_caustic(receiver)?,
-        Component::Direct => renderer.read_direct(receiver)?,
-        Component::Total => sum(
-            renderer.read_caustic(receiver)?,
-            &renderer.read_direct(receiver)?,
-        ),
-    };
-    session.finish()?;
-    let comment = format!("{component:?} irradiance, W/m^2").to_lowercase();
-    write_exr(output, &image, &[], &comment)?;
-    report.print(gpu.json);
-    Ok(())
+        }
+    }
+
+    fn read(&self, renderer: &Renderer) -> Result<RgbImage> {
+        let receiver = self.receiver;
+        match self.component {
+            Component::Caustic => renderer.read_caustic(receiver),
+            Component::Direct => renderer.read_direct(receiver),
+            Component::Total => Ok(sum(
+                renderer.read_caustic(receiver)?,
+                &renderer.read_direct(receiver)?,
+            )),
+        }
+    }
+
+    fn write(&self, file: &Path, _: &Scene, image: &RgbImage) -> Result<()> {
+        let comment = format!("{:?} irradiance, W/m^2", self.component).to_lowercase();
+        write_exr(file, image, &[], &comment)
+    }
 }
 
 fn sum(mut a: RgbImage, b: &RgbImage) -> RgbImage {

@@ -171,7 +171,7 @@ fn load_scenes(arguments: &Arguments) -> Result<Vec<ChartedScene>> {
     };
     let mut scenes: Vec<ChartedScene> = Vec::new();
     for file in &files {
-        let scene = load_scene(file)?;
+        let scene = load_scene(file)?.scene;
         if shipped && !has_caustic(&scene) {
             continue;
         }

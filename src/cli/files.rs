@@ -1,5 +1,6 @@
 //! The files that a command reads and writes.
 
+use super::timeline::{Shot, Timeline};
 use clap::Args;
 use nephroid::image_file::check_writable;
 use nephroid::scene::Scene;
@@ -26,9 +27,9 @@ pub struct MapFiles {
 }
 
 impl Files {
-    /// Finds out before the work whether the output has one of these extensions and can be
-    /// written.
-    pub fn check_output(&self, extensions: &[&str]) -> Result<()> {
+    /// The pictures to be made. Finds out before the work whether the output has one of these
+    /// extensions and its folder can be written to.
+    pub fn shots(&self, timeline: &Timeline, extensions: &[&str]) -> Result<Vec<Shot>> {
         if !extensions.iter().any(|e| has_extension(&self.output, e)) {
             let kinds = extensions.join(" or .");
             return Err(Error::Usage {
@@ -36,7 +37,9 @@ impl Files {
                 remedy: format!("end the output's name with .{kinds}"),
             });
         }
-        check_writable(&self.output)
+        let shots = timeline.shots(&self.output);
+        check_writable(&shots[0].file)?;
+        Ok(shots)
     }
 }
 

@@ -1,12 +1,16 @@
-//! What `render` and `bake` share: options of the renderer, profiling, reports.
+//! What `render` and `bake` share: options of the renderer, stills and sequences, profiling,
+//! reports.
 
-use super::{LightMapSize, load_scene, print, print_json};
+use super::files::Files;
+use super::timeline::{Shot, Timeline, each_frame, numbered};
+use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json};
 use clap::Args;
 use indicatif::ProgressBar;
-use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages};
+use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime};
+use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
 use nephroid::render::{Area, Method, Renderer, Settings};
-use nephroid::scene::Scene;
+use nephroid::scene::{Animation, Scene};
 use nephroid::{Error, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -19,6 +23,8 @@ const WARM_UP: usize = 5;
 
 #[derive(Args)]
 pub struct GpuOptions {
+    #[command(flatten)]
+    pub timeline: Timeline,
     /// How the caustic is computed
     #[arg(long, value_enum, default_value_t = Settings::default().method)]
     method: Method,
@@ -45,7 +51,7 @@ pub struct GpuOptions {
     /// Run under the Vulkan validation layers; any message is an error
     #[arg(long)]
     validate: bool,
-    /// Time every pass over 50 frames after a warm-up
+    /// Time every pass over 50 frames after a warm-up; of a sequence, over its frames
     #[arg(long)]
     profile: bool,
     /// Print the result as JSON
@@ -61,16 +67,48 @@ fn not_negative(text: &str) -> Result<f32, String> {
     value.ok_or("give a number that is not negative".into())
 }
 
-/// A scene on a device. End it with [`Session::finish`] before anything is written.
+/// What a command makes of a scene.
+pub trait Job {
+    /// Whether it is about caustics.
+    fn has_caustic(&self) -> bool;
+    /// Renders a frame.
+    fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()>;
+    /// What the last frame is.
+    fn read(&self, renderer: &Renderer) -> Result<RgbImage>;
+    /// Writes it, whole or not at all.
+    fn write(&self, file: &Path, scene: &Scene, image: &RgbImage) -> Result<()>;
+}
+
+/// A scene on a device.
 pub struct Session {
     // Dropped in this order, so that complaints about dropping are heard.
     pub renderer: Renderer,
     pub context: Arc<Context>,
     complaints: Complaints,
+    /// At the time that is shown.
     pub scene: Scene,
+    animation: Animation,
+    lightmap: Option<LightMapSize>,
+}
+
+/// The scene at a time, with light maps of the size asked for.
+fn scene_at(animation: &Animation, time: f64, lightmap: Option<LightMapSize>) -> Scene {
+    let mut scene = animation.at(time);
+    if let Some(size) = lightmap {
+        for texels in (scene.objects.iter_mut()).filter_map(|o| o.light_map.as_mut()) {
+            *texels = size.texels(*texels);
+        }
+    }
+    scene
 }
 
 impl Session {
+    /// Goes to another time.
+    fn show(&mut self, time: f64) -> Result<()> {
+        self.scene = scene_at(&self.animation, time, self.lightmap);
+        self.renderer.update(&self.scene)
+    }
+
     /// Gives the device back.
     ///
     /// # Errors
@@ -78,7 +116,17 @@ impl Session {
     pub fn finish(self) -> Result<()> {
         drop(self.renderer);
         drop(self.context);
-        let messages = self.complaints.0.take();
+        self.complaints.check()
+    }
+}
+
+/// What the validation layers say. A command that fails on something else still prints it.
+struct Complaints(Arc<Messages>);
+
+impl Complaints {
+    /// [`Error::Validation`] where there are any.
+    fn check(&self) -> Result<()> {
+        let messages = self.0.take();
         match messages.first() {
             None => Ok(()),
             Some(first) => Err(Error::Validation {
@@ -88,9 +136,6 @@ impl Session {
         }
     }
 }
-
-/// What the validation layers say. A command that fails on something else still prints it.
-struct Complaints(Arc<Messages>);
 
 impl Drop for Complaints {
     fn drop(&mut self) {
@@ -107,10 +152,27 @@ pub struct Report {
     pub device: DeviceInfo,
     /// `None` without a caustic.
     pub caustic: Option<CausticReport>,
-    /// Wall time of a frame without profiling, s.
+    /// Wall time of a frame without profiling, s; in a sequence with the update before it.
     pub frame: Spread,
+    /// Of a sequence: wall time to go from one frame to the next, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub update: Option<Spread>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub passes: Option<Vec<PassProfile>>,
+    /// Of a sequence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<Vec<FrameReport>>,
+}
+
+#[derive(Serialize)]
+pub struct FrameReport {
+    pub file: PathBuf,
+    /// In the scene, s.
+    pub time: f64,
+    /// Wall time of the frame and the update before it, s.
+    pub seconds: f64,
+    #[serde(skip)]
+    update: f64,
 }
 
 #[derive(Serialize)]
@@ -123,18 +185,10 @@ pub struct CausticReport {
 }
 
 impl GpuOptions {
-    /// Loads the scene, opens the device, uploads.
-    pub fn open(&self, path: &Path) -> Result<Session> {
-        let mut scene = load_scene(path)?;
-        if let Some(size) = self.lightmap {
-            for texels in scene
-                .objects
-                .iter_mut()
-                .filter_map(|o| o.light_map.as_mut())
-            {
-                *texels = size.texels(*texels);
-            }
-        }
+    /// Loads the scene, opens the device, uploads the scene at `time`.
+    pub fn open(&self, path: &Path, time: f64) -> Result<Session> {
+        let animation = load_scene(path)?.animation;
+        let scene = scene_at(&animation, time, self.lightmap);
         let options = ContextOptions {
             device: self.device.clone(),
             validate: self.validate,
@@ -154,77 +208,152 @@ impl GpuOptions {
             context,
             complaints,
             scene,
+            animation,
+            lightmap: self.lightmap,
         })
     }
 
-    /// Renders `frame` once, or as often as `--profile` asks for, and reports on it.
-    pub fn run(
+    /// Does the work, writes its pictures, and prints a report.
+    pub fn execute(
         &self,
-        session: &mut Session,
-        file: &Path,
-        has_caustic: bool,
-        mut frame: impl FnMut(&mut Renderer, &Scene) -> Result<()>,
-    ) -> Result<Report> {
-        let Session {
-            context,
-            scene,
-            renderer,
-            ..
-        } = session;
-        if has_caustic {
-            for note in renderer.notes() {
+        session: Session,
+        files: &Files,
+        shots: &[Shot],
+        job: &impl Job,
+    ) -> Result<()> {
+        if job.has_caustic() {
+            for note in session.renderer.notes() {
                 eprintln!("note: {note}");
             }
         }
+        let report = if self.timeline.is_sequence() {
+            self.sequence(session, &numbered(&files.output, "####"), shots, job)?
+        } else {
+            self.still(session, &files.output, job)?
+        };
+        report.print(self.json);
+        Ok(())
+    }
+
+    /// Renders and writes the frames one by one.
+    fn sequence(
+        &self,
+        mut session: Session,
+        pattern: &Path,
+        shots: &[Shot],
+        job: &impl Job,
+    ) -> Result<Report> {
+        let mut profiles = Vec::new();
+        let frames = each_frame(shots, cancel_on_ctrl_c(), |shot| {
+            let start = Instant::now();
+            session.show(shot.time)?;
+            let update = start.elapsed().as_secs_f64();
+            let (renderer, scene) = (&mut session.renderer, &session.scene);
+            job.render(renderer, scene)?;
+            let seconds = start.elapsed().as_secs_f64();
+            if self.profile {
+                profiles.push(times_of_passes(renderer, |r| job.render(r, scene))?);
+            }
+            let image = job.read(renderer)?;
+            session.complaints.check()?;
+            job.write(&shot.file, scene, &image)?;
+            Ok(FrameReport {
+                file: shot.file.clone(),
+                time: shot.time,
+                seconds,
+                update,
+            })
+        })?;
+        let spread = |time: fn(&FrameReport) -> f64| {
+            let times: Vec<f64> = frames.iter().map(time).collect();
+            Spread::of(&times)
+        };
+        let report = Report {
+            file: pattern.to_owned(),
+            device: session.context.info().clone(),
+            caustic: self.caustic_report(&session.renderer, job)?,
+            frame: spread(|frame| frame.seconds),
+            update: Some(spread(|frame| frame.update)),
+            passes: self.profile.then(|| profile(&profiles)),
+            frames: Some(frames),
+        };
+        session.finish()?;
+        Ok(report)
+    }
+
+    /// What was computed in the last frame.
+    fn caustic_report(&self, renderer: &Renderer, job: &impl Job) -> Result<Option<CausticReport>> {
+        if !job.has_caustic() {
+            return Ok(None);
+        }
+        Ok(Some(CausticReport {
+            method: self.method,
+            samples: renderer.samples(),
+            lit: renderer.lit_patches()?,
+        }))
+    }
+
+    /// Renders once, or as often as `--profile` asks for, and writes the picture if nothing is
+    /// wrong with it.
+    fn still(&self, mut session: Session, file: &Path, job: &impl Job) -> Result<Report> {
+        let (renderer, scene) = (&mut session.renderer, &session.scene);
+        let frame = |renderer: &mut Renderer| job.render(renderer, scene);
         // The first frame pays for what drivers put off, so it is not the one that is timed.
-        frame(renderer, scene)?;
+        frame(renderer)?;
         let mut times = Vec::new();
         let mut passes = None;
         if self.profile {
             let bar = ProgressBar::new((WARM_UP + 2 * FRAMES) as u64);
             for _ in 0..WARM_UP {
-                frame(renderer, scene)?;
+                frame(renderer)?;
                 bar.inc(1);
             }
             for _ in 0..FRAMES {
                 let start = Instant::now();
-                frame(renderer, scene)?;
+                frame(renderer)?;
                 times.push(start.elapsed().as_secs_f64());
                 bar.inc(1);
             }
-            renderer.wait_each_pass(true);
-            renderer.take_times();
             let mut frames = Vec::new();
             for _ in 0..FRAMES {
-                frame(renderer, scene)?;
-                frames.push(renderer.take_times());
+                frames.push(times_of_passes(renderer, frame)?);
                 bar.inc(1);
             }
-            renderer.wait_each_pass(false);
             bar.finish_and_clear();
             passes = Some(profile(&frames));
         } else {
             let start = Instant::now();
-            frame(renderer, scene)?;
+            frame(renderer)?;
             times.push(start.elapsed().as_secs_f64());
         }
-        let caustic = if has_caustic {
-            Some(CausticReport {
-                method: self.method,
-                samples: renderer.samples(),
-                lit: renderer.lit_patches()?,
-            })
-        } else {
-            None
-        };
-        Ok(Report {
+        let report = Report {
             file: file.to_owned(),
-            device: context.info().clone(),
-            caustic,
+            device: session.context.info().clone(),
+            caustic: self.caustic_report(&session.renderer, job)?,
             frame: Spread::of(&times),
+            update: None,
             passes,
-        })
+            frames: None,
+        };
+        let image = job.read(&session.renderer)?;
+        let scene = session.scene.clone();
+        session.finish()?;
+        job.write(file, &scene, &image)?;
+        Ok(report)
     }
+}
+
+/// Renders a frame pass by pass.
+fn times_of_passes(
+    renderer: &mut Renderer,
+    frame: impl FnOnce(&mut Renderer) -> Result<()>,
+) -> Result<Vec<PassTime>> {
+    renderer.wait_each_pass(true);
+    renderer.take_times();
+    let rendered = frame(renderer);
+    let times = renderer.take_times();
+    renderer.wait_each_pass(false);
+    rendered.map(|()| times)
 }
 
 impl Report {
@@ -234,7 +363,11 @@ impl Report {
             return print_json(self);
         }
         let device = &self.device;
-        print(&self.file.display().to_string());
+        let frames = self
+            .frames
+            .as_ref()
+            .map_or(String::new(), |frames| format!("  {} frames", frames.len()));
+        print(&format!("{}{frames}", self.file.display()));
         print(&format!("device  {} ({})", device.name, device.driver));
         if let Some(caustic) = &self.caustic {
             let method = format!("{:?}", caustic.method).to_lowercase();
@@ -252,6 +385,9 @@ impl Report {
             ));
         }
         print(&format!("frame   {:.2} ms", 1e3 * self.frame.median));
+        if let Some(update) = &self.update {
+            print(&format!("update  {:.2} ms of it", 1e3 * update.median));
+        }
         let Some(passes) = &self.passes else { return };
         print("\npass            median ms   p95 ms   share   device ms");
         let row = |name: &str, wall: &Spread, share: f64, gpu: Option<f64>| {

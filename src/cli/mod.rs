@@ -9,10 +9,11 @@ mod gpu_options;
 mod reference;
 mod render;
 mod stress;
+mod timeline;
 
 use clap::{Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use nephroid::scene::{self, MAX_LIGHT_MAP_SIDE, Scene, light_map_side};
+use nephroid::scene::{self, Loaded, MAX_LIGHT_MAP_SIDE, light_map_side};
 use nephroid::{Error, Result};
 use std::io::Write;
 use std::path::Path;
@@ -92,12 +93,12 @@ impl LightMapSize {
 }
 
 /// Loads a scene; warnings go to the log.
-pub fn load_scene(path: &Path) -> Result<Scene> {
+pub fn load_scene(path: &Path) -> Result<Loaded> {
     let loaded = scene::load(path)?;
     for warning in &loaded.warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(loaded.scene)
+    Ok(loaded)
 }
 
 /// Becomes true at the first Ctrl-C; the second ends the program at once. Files are replaced

@@ -1,14 +1,17 @@
 //! `nephroid reference`: ground truth on the CPU.
 
 use super::files::MapFiles;
+use super::timeline::{Timeline, each_frame};
 use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json, progress_bar};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::Result;
 use nephroid::image_file::{Layer, RgbImage, write_exr};
 use nephroid::reference::{Map, Options, Progress, cached_caustic, caustic};
+use nephroid::scene::Scene;
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Compute a receiver's caustic irradiance on the CPU, as ground truth
@@ -19,6 +22,8 @@ use std::time::Instant;
 pub struct Arguments {
     #[command(flatten)]
     map: MapFiles,
+    #[command(flatten)]
+    timeline: Timeline,
     /// Relative L1 error to reach, Σ|error| / ΣE as expected from the standard errors
     #[arg(long, default_value_t = Options::default().error)]
     error: f64,
@@ -42,9 +47,9 @@ pub struct Arguments {
 
 /// What is printed at the end.
 #[derive(Serialize)]
-struct Summary<'a> {
-    file: &'a Path,
-    receiver: &'a str,
+struct Summary {
+    file: PathBuf,
+    receiver: String,
     width: u32,
     height: u32,
     relative_error: f64,
@@ -58,29 +63,72 @@ struct Summary<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let files = &arguments.map.files;
-    files.check_output(&["exr"])?;
-    let output = files.output.as_path();
-    let scene = load_scene(&files.scene)?;
+    let shots = files.shots(&arguments.timeline, &["exr"])?;
+    let animation = load_scene(&files.scene)?.animation;
+    let scene = animation.at(shots[0].time);
     let (receiver, texels) = arguments.map.find_receiver(&scene)?;
-    let texels = arguments
-        .lightmap
-        .map_or(texels, |size| size.texels(texels));
+    let texels = (arguments.lightmap).map_or(texels, |size| size.texels(texels));
+    let cancel = cancel_on_ctrl_c();
+    if arguments.timeline.is_sequence() {
+        let frames = each_frame(&shots, cancel, |shot| {
+            let scene = animation.at(shot.time);
+            make(
+                arguments,
+                &scene,
+                (receiver, texels),
+                &shot.file,
+                &mut |_| {},
+                cancel,
+            )
+        })?;
+        if arguments.json {
+            print_json(&serde_json::json!({ "frames": frames }));
+        } else {
+            frames.iter().for_each(Summary::print);
+        }
+        return Ok(());
+    }
+    let bar = progress_bar(BAR as u64);
+    let mut progress = |progress: &Progress| show(&bar, progress);
+    let file = &shots[0].file;
+    let made = make(
+        arguments,
+        &scene,
+        (receiver, texels),
+        file,
+        &mut progress,
+        cancel,
+    );
+    bar.finish_and_clear();
+    let summary = made?;
+    if arguments.json {
+        print_json(&summary);
+    } else {
+        summary.print();
+    }
+    Ok(())
+}
+
+/// Solves one frame and writes it.
+fn make(
+    arguments: &Arguments,
+    scene: &Scene,
+    (receiver, texels): (usize, [u32; 2]),
+    file: &Path,
+    progress: &mut dyn FnMut(&Progress),
+    cancel: &AtomicBool,
+) -> Result<Summary> {
     let options = Options {
         error: arguments.error,
         max_samples: arguments.max_samples,
         seed: arguments.seed,
     };
     let start = Instant::now();
-    let bar = progress_bar(BAR as u64);
-    let mut progress = |progress: &Progress| show(&bar, progress);
-    let cancel = cancel_on_ctrl_c();
     let solve = match arguments.no_cache {
         true => caustic,
         false => cached_caustic,
     };
-    let result = solve(&scene, receiver, texels, &options, &mut progress, cancel);
-    bar.finish_and_clear();
-    let reference = result?;
+    let reference = solve(scene, receiver, texels, &options, progress, cancel)?;
     if reference.relative_error > options.error {
         eprintln!(
             "warning: stopped after {} rays with a relative error of {:.3} %; raise --max-samples",
@@ -101,43 +149,38 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         "caustic irradiance, W/m^2; error.*: standard error, W/m^2; relative L1 error {:.3e}; seed {}",
         reference.relative_error, options.seed
     );
-    write_exr(output, &image, &[error], &comment)?;
-    report(
-        arguments.json,
-        &Summary {
-            file: output,
-            receiver: &scene.objects[receiver].name,
-            width: reference.width,
-            height: reference.height,
-            relative_error: reference.relative_error,
-            samples: reference.samples,
-            from_cache: reference.from_cache,
-            received_flux: reference.received_flux,
-            seconds: start.elapsed().as_secs_f64(),
-        },
-    );
-    Ok(())
+    write_exr(file, &image, &[error], &comment)?;
+    Ok(Summary {
+        file: file.to_owned(),
+        receiver: scene.objects[receiver].name.clone(),
+        width: reference.width,
+        height: reference.height,
+        relative_error: reference.relative_error,
+        samples: reference.samples,
+        from_cache: reference.from_cache,
+        received_flux: reference.received_flux,
+        seconds: start.elapsed().as_secs_f64(),
+    })
 }
 
-fn report(json: bool, summary: &Summary) {
-    if json {
-        return print_json(summary);
+impl Summary {
+    /// For a person.
+    fn print(&self) {
+        let [r, g, b] = self.received_flux;
+        let how = match self.from_cache {
+            true => ", of an earlier run".into(),
+            false => format!(" in {:.1} s", self.seconds),
+        };
+        print(&format!(
+            "{}: {} {}x{}\nerror  {:.3} % (L1, expected)\nflux   {r:.6} {g:.6} {b:.6} W\nrays   {:.1} million{how}",
+            self.file.display(),
+            self.receiver,
+            self.width,
+            self.height,
+            100.0 * self.relative_error,
+            self.samples as f64 / 1e6,
+        ));
     }
-    let [r, g, b] = summary.received_flux;
-    let how = match summary.from_cache {
-        true => ", of an earlier run".into(),
-        false => format!(" in {:.1} s", summary.seconds),
-    };
-    print(&format!(
-        "{}: {} {}x{}\nerror  {:.3} % (L1, expected)\nflux   {r:.6} {g:.6} {b:.6} W\nrays   {:.1} million{}",
-        summary.file.display(),
-        summary.receiver,
-        summary.width,
-        summary.height,
-        100.0 * summary.relative_error,
-        summary.samples as f64 / 1e6,
-        how,
-    ));
 }
 
 fn to_f32(map: &Map) -> Vec<[f32; 3]> {

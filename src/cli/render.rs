@@ -1,10 +1,13 @@
 //! `nephroid render`: the camera's view.
 
 use super::files::{Files, has_extension};
-use super::gpu_options::GpuOptions;
+use super::gpu_options::{GpuOptions, Job};
 use clap::Args;
-use nephroid::image_file::{write_exr, write_png};
+use nephroid::image_file::{RgbImage, write_exr, write_png};
+use nephroid::render::Renderer;
+use nephroid::scene::Scene;
 use nephroid::{Result, tone_map};
+use std::path::Path;
 
 /// Render the camera's view with its caustics
 ///
@@ -32,22 +35,31 @@ fn picture_size(text: &str) -> Result<[u32; 2], String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments.files.check_output(&["png", "exr"])?;
-    let output = arguments.files.output.as_path();
-    let mut session = arguments.gpu.open(&arguments.files.scene)?;
-    let gpu = &arguments.gpu;
-    let report = gpu.run(&mut session, output, true, |renderer, scene| {
-        renderer.view(&scene.camera, arguments.size, arguments.antialias)
-    })?;
-    let view = session.renderer.read_view()?;
-    let exposure_ev = session.scene.camera.exposure_ev;
-    session.finish()?;
-    if has_extension(output, "png") {
-        let rgb = tone_map::to_srgb(&view, exposure_ev);
-        write_png(output, view.width, view.height, &rgb)?;
-    } else {
-        write_exr(output, &view, &[], "radiance, W/m^2/sr")?;
+    let (files, gpu) = (&arguments.files, &arguments.gpu);
+    let shots = files.shots(&gpu.timeline, &["png", "exr"])?;
+    let session = gpu.open(&files.scene, shots[0].time)?;
+    gpu.execute(session, files, &shots, arguments)
+}
+
+impl Job for Arguments {
+    fn has_caustic(&self) -> bool {
+        true
     }
-    report.print(gpu.json);
-    Ok(())
+
+    fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()> {
+        renderer.view(&scene.camera, self.size, self.antialias)
+    }
+
+    fn read(&self, renderer: &Renderer) -> Result<RgbImage> {
+        renderer.read_view()
+    }
+
+    fn write(&self, file: &Path, scene: &Scene, image: &RgbImage) -> Result<()> {
+        if has_extension(file, "png") {
+            let rgb = tone_map::to_srgb(image, scene.camera.exposure_ev);
+            write_png(file, image.width, image.height, &rgb)
+        } else {
+            write_exr(file, image, &[], "radiance, W/m^2/sr")
+        }
+    }
 }

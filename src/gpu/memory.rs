@@ -108,11 +108,12 @@ impl Buffer {
         if bytes.is_empty() {
             return Ok(buffer);
         }
-        let staging = Self::staging(context, bytes)?;
-        let mut recorder = Recorder::new(context)?;
-        recorder.copy_buffer(&staging, &buffer, bytes.len() as u64);
-        recorder.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
-        recorder.submit()?;
+        let write = Write {
+            to: &buffer,
+            offset: 0,
+            data: bytes,
+        };
+        Staging::new(context)?.write(&mut Recorder::new(context)?, &[write])?;
         Ok(buffer)
     }
 
@@ -218,12 +219,81 @@ impl Buffer {
         let mut host = Self::readback(context, bytes)?;
         let mut recorder = Recorder::new(context)?;
         recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
-        recorder.copy_buffer(self, &host, bytes);
+        recorder.copy_buffer(self, &host, [0, 0], bytes);
         recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
         recorder.submit()?;
         Ok(bytemuck::pod_collect_to_vec(
             &host.mapped()[..bytes as usize],
         ))
+    }
+}
+
+/// Bytes for a place in a buffer.
+pub struct Write<'a> {
+    pub to: &'a Buffer,
+    /// bytes
+    pub offset: u64,
+    pub data: &'a [u8],
+}
+
+impl<'a> Write<'a> {
+    /// `data` from element `first` of the buffer on.
+    pub fn new<T: Pod>(to: &'a Buffer, first: usize, data: &'a [T]) -> Self {
+        Self {
+            to,
+            offset: (first * size_of::<T>()) as u64,
+            data: bytemuck::cast_slice(data),
+        }
+    }
+}
+
+/// Host memory by way of which buffers are written, again and again.
+pub struct Staging {
+    context: Arc<Context>,
+    buffer: Buffer,
+}
+
+impl Staging {
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        Ok(Self {
+            context: context.clone(),
+            buffer: Buffer::staging(context, &[])?,
+        })
+    }
+
+    /// Does all of `writes` in one submission of `recorder`, and waits for it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// Where a write reaches beyond its buffer.
+    pub fn write(&mut self, recorder: &mut Recorder, writes: &[Write]) -> Result<()> {
+        let bytes = writes.iter().map(|write| write.data.len() as u64).sum();
+        if bytes > self.buffer.bytes {
+            self.buffer =
+                Buffer::allocate(&self.context, "staging", bytes, MemoryLocation::CpuToGpu)?;
+        }
+        let mut start = 0;
+        for write in writes {
+            let end = start + write.data.len();
+            assert!(write.offset + (end - start) as u64 <= write.to.bytes);
+            self.buffer.mapped()[start..end].copy_from_slice(write.data);
+            start = end;
+        }
+        recorder.pass("upload", |r| {
+            let mut start = 0;
+            for write in writes.iter().filter(|write| !write.data.is_empty()) {
+                let bytes = write.data.len() as u64;
+                r.copy_buffer(&self.buffer, write.to, [start, write.offset], bytes);
+                start += bytes;
+            }
+            // Earlier readers have been waited for.
+            r.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
+        })?;
+        recorder.submit()
     }
 }
 
@@ -382,20 +452,32 @@ impl Image {
             levels.len() as u32,
             sampling,
         )?;
-        let mut recorder = Recorder::new(context)?;
+        image.write_levels(&mut Recorder::new(context)?, levels)?;
+        Ok(image)
+    }
+
+    /// Fills the mip levels with `levels`, RGB each, and waits for it.
+    ///
+    /// # Errors, Panics
+    /// As [`Image::with_levels`].
+    pub fn write_levels(
+        &self,
+        recorder: &mut Recorder,
+        levels: &[(u32, u32, Vec<[f32; 3]>)],
+    ) -> Result<()> {
+        let context = &self.owned.context;
         let mut staging = Vec::new();
         for (level, (width, height, pixels)) in levels.iter().enumerate() {
             let side = |side: u32| (side >> level).max(1);
-            assert_eq!([*width, *height], [side(image.width), side(image.height)]);
+            assert_eq!([*width, *height], [side(self.width), side(self.height)]);
             assert_eq!(pixels.len() as u64, u64::from(*width) * u64::from(*height));
             let texels: Vec<[f32; 4]> = pixels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
             let buffer = Buffer::staging(context, bytemuck::cast_slice(&texels))?;
-            recorder.copy_to_image(&buffer, &image, level as u32, [*width, *height]);
+            recorder.copy_to_image(&buffer, self, level as u32, [*width, *height]);
             staging.push(buffer);
         }
         recorder.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
-        recorder.submit()?;
-        Ok(image)
+        recorder.submit()
     }
 
     pub(super) fn keeper(&self) -> Keeper {

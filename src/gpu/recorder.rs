@@ -474,13 +474,20 @@ impl Recorder {
         }
     }
 
-    pub(super) fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
+    /// `offsets`: in `from` and in `to`.
+    pub(super) fn copy_buffer(
+        &mut self,
+        from: &Buffer,
+        to: &Buffer,
+        offsets: [u64; 2],
+        bytes: u64,
+    ) {
         let region = [vk::BufferCopy {
-            src_offset: 0,
-            dst_offset: 0,
+            src_offset: offsets[0],
+            dst_offset: offsets[1],
             size: bytes,
         }];
-        // SAFETY: both buffers hold at least `bytes`.
+        // SAFETY: both buffers hold at least `bytes` from there on.
         unsafe {
             self.device()
                 .cmd_copy_buffer(self.commands, from.handle, to.handle, &region)

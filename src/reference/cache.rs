@@ -366,15 +366,15 @@ mod tests {
             },
             |s, _| s.objects[0].material = 1,
             |s, _| match &mut s.objects[0].geometry {
-                Geometry::Mesh(mesh) => mesh.positions[7].x += 1e-12,
+                Geometry::Mesh(mesh) => Arc::make_mut(mesh).positions[7].x += 1e-12,
                 _ => panic!(),
             },
             |s, _| match &mut s.objects[0].geometry {
-                Geometry::Mesh(mesh) => mesh.normals.swap(3, 4),
+                Geometry::Mesh(mesh) => Arc::make_mut(mesh).normals.swap(3, 4),
                 _ => panic!(),
             },
             |s, _| match &mut s.objects[0].geometry {
-                Geometry::Mesh(mesh) => mesh.triangles[2].rotate_left(1),
+                Geometry::Mesh(mesh) => Arc::make_mut(mesh).triangles[2].rotate_left(1),
                 _ => panic!(),
             },
             |s, _| match &mut s.objects[1].geometry {

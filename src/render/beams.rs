@@ -16,8 +16,8 @@ const MOST_BYTES: u64 = 8 << 20;
 pub struct Beams {
     map: Pipeline,
     draw: Pipeline,
-    /// (first pair, pairs): pairs are patch × sun.
-    pub batches: Vec<(u32, u32)>,
+    /// Pairs of a batch.
+    batch: u32,
     area: Area,
 }
 
@@ -28,7 +28,7 @@ impl Beams {
         patches: &Buffer,
         area: Area,
     ) -> Result<Self> {
-        let pairs = scene.patch_count * scene.sun_count;
+        let pairs = scene.patch_room * scene.sun_count;
         let bytes = u64::from(scene.targets()) * size_of::<Beam>() as u64;
         let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let beams = Buffer::new(context, "beams", u64::from(batch.min(pairs)) * bytes)?;
@@ -45,9 +45,14 @@ impl Beams {
         Ok(Self {
             map,
             draw,
-            batches: batches(pairs, batch).collect(),
+            batch,
             area,
         })
+    }
+
+    /// (first pair, pairs): pairs are patch × sun.
+    pub fn batches(&self, scene: &DeviceScene) -> Vec<(u32, u32)> {
+        batches(scene.patch_count * scene.sun_count, self.batch).collect()
     }
 
     pub fn record_map(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: (u32, u32)) {

@@ -18,10 +18,13 @@ mod parts;
 mod pinhole;
 mod points;
 mod project;
+mod reflectors;
 mod resolve;
 mod sample;
 mod shade;
+mod soup;
 mod splat;
+mod update;
 mod upload;
 
 use crate::error::{Error, Result};
@@ -95,6 +98,7 @@ impl Default for Settings {
 /// A scene on a device, ready to be rendered again and again.
 pub struct Renderer {
     context: Arc<Context>,
+    settings: Settings,
     scene: DeviceScene,
     light_map: Image,
     direct_map: Image,
@@ -102,7 +106,6 @@ pub struct Renderer {
     direct: Direct,
     shade: Option<Shade>,
     recorder: Recorder,
-    notes: Vec<String>,
 }
 
 /// The stages of a method.
@@ -125,6 +128,41 @@ enum Caustic {
     },
 }
 
+impl Caustic {
+    fn new(
+        context: &Arc<Context>,
+        device: &DeviceScene,
+        light_map: &Image,
+        settings: &Settings,
+    ) -> Result<Self> {
+        Ok(match settings.method {
+            Method::Footprint => {
+                let sample = Sample::new(context, device)?;
+                let project = Project::new(context, device, &sample.patches)?;
+                let splat = Splat::new(context, &project)?;
+                let resolve = Resolve::new(context, device, &project, light_map)?;
+                Caustic::Footprint {
+                    sample,
+                    project,
+                    splat,
+                    resolve,
+                }
+            }
+            Method::Pinhole => {
+                let sample = Sample::new(context, device)?;
+                let pinhole = Pinhole::new(context, device, &sample.patches, light_map, settings)?;
+                Caustic::Pinhole { sample, pinhole }
+            }
+            Method::Points => Caustic::Points(Points::new(context, device, settings.samples)?),
+            Method::Beams => {
+                let sample = Sample::new(context, device)?;
+                let beams = Beams::new(context, device, &sample.patches, settings.area)?;
+                Caustic::Beams { sample, beams }
+            }
+        })
+    }
+}
+
 impl Renderer {
     /// Uploads `scene` and compiles the passes of `settings.method`.
     ///
@@ -135,44 +173,12 @@ impl Renderer {
         let device = DeviceScene::new(context, scene, settings)?;
         let light_map = Image::new(context, "light map", device.atlas, 1, Sampling::Clamp)?;
         let direct_map = Image::new(context, "direct map", device.atlas, 1, Sampling::Clamp)?;
-        let mut notes = device.notes.clone();
-        if device.has_environment && settings.method != Method::Pinhole {
-            let note = "the environment throws no caustic, and water lets none of it through: only the \
-                        method pinhole does that";
-            notes.push(note.into());
-        } else if device.reflector_count == 0 {
-            notes.push("no caustic: no mirror faces a light".into());
-        }
-        let caustic = match settings.method {
-            Method::Footprint => {
-                let sample = Sample::new(context, &device)?;
-                let project = Project::new(context, &device, &sample.patches)?;
-                let splat = Splat::new(context, &project)?;
-                let resolve = Resolve::new(context, &device, &project, &light_map)?;
-                Caustic::Footprint {
-                    sample,
-                    project,
-                    splat,
-                    resolve,
-                }
-            }
-            Method::Pinhole => {
-                let sample = Sample::new(context, &device)?;
-                let pinhole =
-                    Pinhole::new(context, &device, &sample.patches, &light_map, settings)?;
-                Caustic::Pinhole { sample, pinhole }
-            }
-            Method::Points => Caustic::Points(Points::new(context, &device, settings.samples)?),
-            Method::Beams => {
-                let sample = Sample::new(context, &device)?;
-                let beams = Beams::new(context, &device, &sample.patches, settings.area)?;
-                Caustic::Beams { sample, beams }
-            }
-        };
+        let caustic = Caustic::new(context, &device, &light_map, settings)?;
         let direct = Direct::new(context, &device, &direct_map)?;
         let recorder = Recorder::new(context)?;
         Ok(Self {
             context: context.clone(),
+            settings: settings.clone(),
             scene: device,
             light_map,
             direct_map,
@@ -180,18 +186,63 @@ impl Renderer {
             direct,
             shade: None,
             recorder,
-            notes,
         })
     }
 
-    /// What was left out and why, for the user.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
+    /// Moves what has moved in `scene` since the last frame, and waits for it. The next
+    /// [`Renderer::caustic`] or [`Renderer::view`] shows it. Only what changed is uploaded, and no
+    /// pipeline is made again but where more patches are lit than ever before.
+    ///
+    /// Each triangle stays cut as it was when the renderer was made, so that nothing flickers; the
+    /// number of patches follows how many of them are lit.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where `scene` has other objects, shapes, kinds of material or lights, or
+    /// light maps of other sizes, or too many patches; [`Error::Device`] where the device fails. What
+    /// is shown before another update succeeds is then undefined.
+    pub fn update(&mut self, scene: &Scene) -> Result<()> {
+        let Self {
+            context,
+            settings,
+            scene: device,
+            light_map,
+            recorder,
+            ..
+        } = self;
+        let room = device.patch_room;
+        if device.update(context, recorder, scene)? {
+            self.caustic =
+                Caustic::new(context, device, light_map, settings).inspect_err(|_| {
+                    // The stages still have the old room, which these patches would not fit into.
+                    device.patch_room = room;
+                    (device.patch_count, device.reflector_count) = (0, 0);
+                })?;
+        }
+        Ok(())
+    }
+
+    /// What is left out and why, for the user.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if !self.scene.trace {
+            let note =
+                "no rays are traced for the caustic: nothing in the scene can block its light";
+            notes.push(note.into());
+        }
+        if self.scene.has_environment && self.settings.method != Method::Pinhole {
+            let note = "the environment throws no caustic, and water lets none of it through: only the \
+                        method pinhole does that";
+            notes.push(note.into());
+        } else if self.scene.reflector_count == 0 {
+            notes.push("no caustic: no mirror faces a light".into());
+        }
+        notes
     }
 
     /// Patches (or points) in use.
     pub fn samples(&self) -> u32 {
         match &self.caustic {
+            _ if self.scene.reflector_count == 0 => 0,
             Caustic::Points(points) => points.batches.iter().map(|(_, count)| count).sum(),
             _ => self.scene.patch_count,
         }
@@ -204,7 +255,7 @@ impl Renderer {
     /// [`Error::Device`] where the device fails.
     pub fn lit_patches(&self) -> Result<Option<u32>> {
         match &self.caustic {
-            Caustic::Footprint { project, .. } if project.batches.len() == 1 => {
+            Caustic::Footprint { project, .. } if project.batches(&self.scene).len() == 1 => {
                 Ok(Some(project.arguments.read::<u32>(7)?[6]))
             }
             _ => Ok(None),
@@ -241,9 +292,9 @@ impl Renderer {
         // The first batch that is drawn clears the light map itself.
         let draws = match &self.caustic {
             _ if scene.reflector_count == 0 => false,
-            Caustic::Footprint { project, .. } => !project.batches.is_empty(),
+            Caustic::Footprint { project, .. } => !project.batches(scene).is_empty(),
             Caustic::Points(points) => !points.batches.is_empty(),
-            Caustic::Beams { beams, .. } => !beams.batches.is_empty(),
+            Caustic::Beams { beams, .. } => !beams.batches(scene).is_empty(),
             Caustic::Pinhole { .. } => false,
         };
         recorder.pass("clear", |r| {
@@ -276,16 +327,16 @@ impl Renderer {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                 })?;
-                for (index, batch) in project.batches.iter().enumerate() {
+                for (index, batch) in project.batches(scene).into_iter().enumerate() {
                     if index > 0 {
                         recorder.submit()?;
                     }
                     recorder.pass("project", |r| {
-                        project.record_project(r, *batch);
+                        project.record_project(r, scene, batch);
                         r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                     })?;
                     recorder.pass("compact", |r| {
-                        project.record_compact(r, *batch);
+                        project.record_compact(r, batch);
                         r.barrier(
                             Access::COMPUTE_WRITE,
                             Access::VERTEX_READ
@@ -346,16 +397,16 @@ impl Renderer {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                 })?;
-                for (index, batch) in beams.batches.iter().enumerate() {
+                for (index, batch) in beams.batches(scene).into_iter().enumerate() {
                     if index > 0 {
                         recorder.submit()?;
                     }
                     recorder.pass("map beams", |r| {
-                        beams.record_map(r, scene, *batch);
+                        beams.record_map(r, scene, batch);
                         r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
                     })?;
                     recorder.pass("draw beams", |r| {
-                        beams.record_draw(r, scene, *batch, light_map, index == 0);
+                        beams.record_draw(r, scene, batch, light_map, index == 0);
                         r.barrier(
                             Access::BLEND.and(Access::VERTEX_READ),
                             Access::BLEND.and(Access::COMPUTE),

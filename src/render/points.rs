@@ -28,7 +28,6 @@ impl Points {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, samples: u32) -> Result<Self> {
         let points = samples.div_ceil(scene.sun_count.max(1));
         let all = match points.checked_mul(scene.sun_count) {
-            _ if scene.reflector_count == 0 => 0,
             Some(all) => all,
             None => {
                 return Err(Error::Usage {

@@ -31,18 +31,16 @@ pub struct Project {
     pub coarse: Buffer,
     /// A `VkDispatchIndirectCommand` for every step of resolve, by the level that is added to.
     pub steps: Buffer,
-    /// (first pair, pairs): pairs are patch × sun.
-    pub batches: Vec<(u32, u32)>,
-    patch_count: u32,
+    /// Pairs of a batch.
+    batch: u32,
     receiver_count: u32,
     lobes: u32,
-    trace: bool,
 }
 
 impl Project {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let receiver_count = scene.tiles.len() as u32;
-        let pairs = scene.patch_count * scene.sun_count;
+        let pairs = scene.patch_room * scene.sun_count;
         let slots = SLOTS * scene.lobes * receiver_count;
         let bytes = size_of::<Footprint>() as u64 * u64::from(slots);
         let most = MOST_BYTES.min(context.max_storage_bytes()) / bytes;
@@ -90,24 +88,32 @@ impl Project {
             arguments,
             coarse,
             steps,
-            batches: batches(pairs, batch).collect(),
-            patch_count: scene.patch_count,
+            batch,
             receiver_count,
             lobes: scene.lobes,
-            trace: scene.trace,
         })
     }
 
-    pub fn record_project(&self, recorder: &mut Recorder, (first_pair, pair_count): (u32, u32)) {
+    /// (first pair, pairs): pairs are patch × sun.
+    pub fn batches(&self, scene: &DeviceScene) -> Vec<(u32, u32)> {
+        batches(scene.patch_count * scene.sun_count, self.batch).collect()
+    }
+
+    pub fn record_project(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        (first_pair, pair_count): (u32, u32),
+    ) {
         let push = ProjectPush {
             first_pair,
             pair_count,
-            patch_count: self.patch_count,
+            patch_count: scene.patch_count,
             receiver_count: self.receiver_count,
             lobes: self.lobes,
             spread: SPREAD,
             flat_spread: FLAT_SPREAD,
-            trace: u32::from(self.trace),
+            trace: u32::from(scene.trace),
         };
         recorder.dispatch(&self.project, &push, [pair_count, 1, 1]);
     }

@@ -17,7 +17,7 @@ pub struct Sample {
 
 impl Sample {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene) -> Result<Self> {
-        let bytes = u64::from(scene.patch_count) * size_of::<Patch>() as u64;
+        let bytes = u64::from(scene.patch_room) * size_of::<Patch>() as u64;
         let patches = Buffer::new(context, "patches", bytes)?;
         let own = [("patches", Resource::Buffer(&patches))];
         let pipeline = scene.compute(context, &shaders::SAMPLE_COMP, &own)?;

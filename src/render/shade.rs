@@ -65,7 +65,7 @@ impl Shade {
         let half_height = (0.5 * camera.fov).tan();
         let aspect = f64::from(self.view.width) / f64::from(self.view.height);
         let push = ShadePush {
-            eye: (camera.position - scene.origin).as_vec3(),
+            eye: (camera.position - scene.soup.origin).as_vec3(),
             sun_count: scene.sun_count,
             right: (half_height * aspect * right).as_vec3(),
             has_environment: u32::from(scene.has_environment),

@@ -25,6 +25,43 @@ impl AssetRoot {
     /// The reason why there is no such path: absolute, outside the root (through a symbolic link,
     /// too), missing, or not a file.
     pub fn resolve(&self, from: &Path, name: &str) -> Result<PathBuf, String> {
+        let path = self.inside(from, name)?;
+        if !path.is_file() {
+            return Err(format!("`{name}` is not a file"));
+        }
+        Ok(path)
+    }
+
+    /// Paths of the files in the folder that `from` calls `name` whose names end in `.extension`,
+    /// in the order of their names.
+    ///
+    /// # Errors
+    /// The reason, as for [`AssetRoot::resolve`]; or that there is no such file.
+    pub fn resolve_folder(
+        &self,
+        from: &Path,
+        name: &str,
+        extension: &str,
+    ) -> Result<Vec<PathBuf>, String> {
+        let folder = self.inside(from, name)?;
+        let cannot = |e| format!("`{name}` cannot be read: {e}");
+        let mut names = Vec::new();
+        for entry in folder.read_dir().map_err(cannot)? {
+            let file = Path::new(name).join(entry.map_err(cannot)?.file_name());
+            if (file.extension()).is_some_and(|found| found.eq_ignore_ascii_case(extension)) {
+                let file = file.to_str().ok_or("a file's name is not Unicode")?;
+                names.push(file.to_owned());
+            }
+        }
+        if names.is_empty() {
+            return Err(format!("`{name}` holds no .{extension} file"));
+        }
+        names.sort();
+        names.iter().map(|file| self.resolve(from, file)).collect()
+    }
+
+    /// Path of what `from` calls `name`, which exists under the root.
+    fn inside(&self, from: &Path, name: &str) -> Result<PathBuf, String> {
         let relative = Path::new(name);
         let descends = |c| {
             matches!(
@@ -55,9 +92,6 @@ impl AssetRoot {
         let real = path.canonicalize().map_err(cannot)?;
         if !real.starts_with(&self.0) {
             return Err(outside());
-        }
-        if !real.is_file() {
-            return Err(format!("`{name}` is not a file"));
         }
         Ok(path)
     }

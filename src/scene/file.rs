@@ -13,6 +13,9 @@ pub const VERSION: i64 = 1;
 /// `[x, y, z]` or `[red, green, blue]`.
 pub type Triple = Spanned<[f64; 3]>;
 
+/// Keyframes, as written.
+pub type KeyframeList<K> = Spanned<Vec<Spanned<K>>>;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneEntry {
@@ -27,9 +30,21 @@ pub struct SceneEntry {
     pub object: Vec<ObjectEntry>,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraEntry {
+    pub position: Option<Triple>,
+    pub target: Option<Triple>,
+    pub fov_degrees: Option<Spanned<f64>>,
+    pub exposure_ev: Option<Spanned<f64>>,
+    pub keyframes: Option<KeyframeList<CameraKeys>>,
+}
+
+/// A keyframe of the camera.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraKeys {
+    pub time: Option<Spanned<f64>>,
     pub position: Option<Triple>,
     pub target: Option<Triple>,
     pub fov_degrees: Option<Spanned<f64>>,
@@ -37,7 +52,7 @@ pub struct CameraEntry {
 }
 
 /// A light; which keys it has depends on `kind`.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightEntry {
     pub name: Spanned<String>,
@@ -49,6 +64,20 @@ pub struct LightEntry {
     pub radius: Option<Spanned<f64>>,
     pub flux: Option<Triple>,
     pub file: Option<Spanned<String>>,
+    pub scale: Option<Spanned<f64>>,
+    pub rotation_degrees: Option<Spanned<f64>>,
+    pub keyframes: Option<KeyframeList<LightKeys>>,
+}
+
+/// A keyframe of a light; which keys it has depends on the light's `kind`.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightKeys {
+    pub time: Option<Spanned<f64>>,
+    pub direction: Option<Triple>,
+    pub irradiance: Option<Triple>,
+    pub position: Option<Triple>,
+    pub flux: Option<Triple>,
     pub scale: Option<Spanned<f64>>,
     pub rotation_degrees: Option<Spanned<f64>>,
 }
@@ -72,11 +101,39 @@ pub struct MaterialEntry {
 pub struct ObjectEntry {
     pub name: Spanned<String>,
     pub mesh: Option<Spanned<String>>,
+    pub frames: Option<Spanned<FramesEntry>>,
     pub rect: Option<Spanned<RectEntry>>,
     pub waves: Option<Spanned<WavesEntry>>,
     pub material: Option<Spanned<String>>,
     pub lightmap: Option<Spanned<[i64; 2]>>,
     pub blocks_light: Option<bool>,
+    pub motion: Option<Spanned<MotionEntry>>,
+}
+
+/// A folder of meshes.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FramesEntry {
+    pub folder: Option<Spanned<String>>,
+    pub fps: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionEntry {
+    pub pivot: Option<Triple>,
+    pub axis: Option<Triple>,
+    pub keyframes: Option<KeyframeList<PoseKeys>>,
+}
+
+/// A keyframe of an object.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseKeys {
+    pub time: Option<Spanned<f64>>,
+    pub translation: Option<Triple>,
+    pub angle_degrees: Option<Spanned<f64>>,
+    pub scale: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -164,6 +221,7 @@ impl Source<'_> {
 }
 
 /// The keys of one table; all its errors start with its name.
+#[derive(Clone)]
 pub struct Section<'a> {
     pub source: &'a Source<'a>,
     /// As in `light "sun"`.
@@ -228,6 +286,21 @@ impl Section<'_> {
         let value = self.required(key, value)?;
         self.check(key, value.get_ref(), value.span(), range)?;
         Ok(DVec3::from(*value.get_ref()))
+    }
+
+    /// Three numbers within a range, or `default` where there are none.
+    pub fn triple_or(
+        &self,
+        default: DVec3,
+        key: &str,
+        value: &Option<Triple>,
+        range: RangeInclusive<f64>,
+    ) -> Result<DVec3> {
+        if value.is_none() {
+            Ok(default)
+        } else {
+            self.triple(key, value, range)
+        }
     }
 
     pub fn check(

@@ -14,7 +14,17 @@
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
 //! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (behind the front over before it) |
 //! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` |
-//! | `[[object]]` | `name`, `mesh` (.obj), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (a diffuse rect's), `blocks_light` (true) |
+//! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (a diffuse rect's), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
+//!
+//! The camera and lights may have `keyframes`, a list of tables with `time` (s) and of the camera's
+//! keys any, of a sun's `direction` and `irradiance`, of a lamp's `position` and `flux`, of
+//! an environment's `scale` and `rotation_degrees`. A key that a keyframe has, all have, and the table beside them does not. An
+//! object's keyframes have `time`, `translation` (0), `angle_degrees` (0) and `scale` (1): it is
+//! scaled and turned about `pivot` (0) and `axis`, then moved. Times rise. Between keyframes values
+//! are linear, directions on a great circle; before the first and after the last they are held.
+//!
+//! The files of `frames` follow each other in the order of their names, the first at time 0, have
+//! one topology, and are mixed linearly.
 //!
 //! Each of `sines` has `amplitude` (m), `wave_vector` (rad/m along edge_u and edge_v),
 //! `phase_degrees` (0) and `speed` (0, rad/s); see [`Sine`].
@@ -26,19 +36,20 @@
 //! asset root: the nearest folder above the scene file named `assets`, otherwise the scene file's
 //! own folder.
 
+use super::animation::{MeshFrames, Motion, MovingObject};
 use super::asset::{self, AssetRoot, refused};
 use super::file::{
-    CameraEntry, LightEntry, MaterialEntry, ObjectEntry, Section, SineEntry, Source, Triple,
-    WavesEntry,
+    CameraEntry, FramesEntry, LightEntry, MaterialEntry, ObjectEntry, Section, SineEntry, Source,
+    Triple, WavesEntry,
 };
 use super::{
-    Camera, Geometry, Light, LightKind, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene,
-    Sine, Waves,
+    Animation, Camera, EnvironmentMap, Geometry, Light, LightKind, MAX_RADIANCE, Material,
+    MaterialKind, Object, Rect, Scene, Sine, Waves,
 };
-use super::{environment, light_map_side, mesh, obj};
+use super::{environment, keyframes, light_map_side, mesh, obj};
 use crate::error::Result;
 use glam::{DVec2, DVec3};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -75,15 +86,21 @@ pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
         [3.9291, 3.19, 2.3808],
     ),
 ];
+/// Meshes a second.
+const FPS: RangeInclusive<f64> = 1e-3..=1e4;
+const DEFAULT_FPS: f64 = 24.0;
 /// Coordinates, m.
-const METRES: RangeInclusive<f64> = -1e9..=1e9;
+pub(super) const METRES: RangeInclusive<f64> = -1e9..=1e9;
 /// Of lamps, m.
 const LAMP_RADIUS: RangeInclusive<f64> = 1e-6..=1e9;
 
 /// A scene that is fit to be rendered.
 #[derive(Debug)]
 pub struct Loaded {
+    /// At time 0.
     pub scene: Scene,
+    /// At every time.
+    pub animation: Animation,
     /// What was odd and has been repaired or left out, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -109,45 +126,53 @@ pub fn load(path: &Path) -> Result<Loaded> {
         names: HashSet::new(),
         materials: Vec::new(),
         objects: Vec::new(),
+        environments: HashMap::new(),
         warnings: Vec::new(),
     };
-    let camera = loader.camera(&entry.camera)?;
-    let lights: Result<Vec<Light>> = (entry.light.iter())
-        .map(|light| loader.light(light))
-        .collect();
-    let lights = lights?;
+    let section = Section {
+        source: &source,
+        owner: "camera".into(),
+        span: entry.camera.span(),
+    };
+    let camera = keyframes::camera(&section, entry.camera.get_ref(), camera)?;
+    let mut lights = Vec::new();
+    for light in &entry.light {
+        let section = loader.section("light", &light.name)?;
+        let read = |section: &Section, table: &LightEntry| loader.light(section, table);
+        lights.push(keyframes::light(&section, light, read)?);
+    }
     for material in &entry.material {
         loader.material(material)?;
     }
     for object in &entry.object {
         loader.object(object)?;
     }
-    for (entry, light) in entry.light.iter().zip(&lights) {
-        loader.check_lamp_is_free(entry, light, &camera)?;
+    let animation = Animation {
+        camera,
+        lights,
+        materials: std::mem::take(&mut loader.materials),
+        objects: std::mem::take(&mut loader.objects),
+    };
+    let scene = animation.at(0.0);
+    for (entry, light) in entry.light.iter().zip(&scene.lights) {
+        loader.check_lamp_is_free(entry, light, &scene)?;
     }
-    let Loader {
-        materials,
-        objects,
-        mut warnings,
-        ..
-    } = loader;
-    if objects.is_empty() {
+    let mut warnings = loader.warnings;
+    if scene.objects.is_empty() {
         let remedy = "add an `[[object]]` with a `mesh` or a `rect`";
         return Err(refused(path, "the scene has no object", remedy));
     }
-    if lights.is_empty() {
+    if scene.lights.is_empty() {
         warnings.push(format!(
             "{}: without a `[[light]]` the picture is black",
             path.display()
         ));
     }
-    let scene = Scene {
-        camera,
-        lights,
-        materials,
-        objects,
-    };
-    Ok(Loaded { scene, warnings })
+    Ok(Loaded {
+        scene,
+        animation,
+        warnings,
+    })
 }
 
 /// A scene in the making.
@@ -157,42 +182,14 @@ struct Loader<'a> {
     /// (kind of thing, name) of everything so far.
     names: HashSet<(&'static str, String)>,
     materials: Vec<Material>,
-    objects: Vec<Object>,
+    objects: Vec<MovingObject>,
+    /// Read so far: keyframes of a light share its image.
+    environments: HashMap<PathBuf, Arc<EnvironmentMap>>,
     warnings: Vec<String>,
 }
 
 impl<'a> Loader<'a> {
-    fn camera(&self, entry: &Spanned<CameraEntry>) -> Result<Camera> {
-        let section = Section {
-            source: self.source,
-            owner: "camera".into(),
-            span: entry.span(),
-        };
-        let entry = entry.get_ref();
-        let position = section.triple("position", &entry.position, METRES)?;
-        let target = section.triple("target", &entry.target, METRES)?;
-        let Some(view) = mesh::unit(target - position) else {
-            let reason = "position and target are the same point";
-            return Err(section.error(section.span.clone(), reason, "move one of them"));
-        };
-        if view.cross(DVec3::Y).length() < 1e-6 {
-            let reason = "it looks straight along the y axis, so that up is undefined";
-            let remedy = "move position or target a little sideways";
-            return Err(section.error(section.span.clone(), reason, remedy));
-        }
-        let fov = section.number("fov_degrees", &entry.fov_degrees, 0.001..=179.999)?;
-        let exposure_ev =
-            section.number_or(0.0, "exposure_ev", &entry.exposure_ev, -64.0..=64.0)?;
-        Ok(Camera {
-            position,
-            target,
-            fov: fov.to_radians(),
-            exposure_ev,
-        })
-    }
-
-    fn light(&mut self, entry: &LightEntry) -> Result<Light> {
-        let section = self.section("light", &entry.name)?;
+    fn light(&mut self, section: &Section, entry: &LightEntry) -> Result<Light> {
         let no_sun = |kind| {
             section.refuse(kind, "direction", &entry.direction)?;
             section.refuse(kind, "irradiance", &entry.irradiance)?;
@@ -250,8 +247,8 @@ impl<'a> Loader<'a> {
                 let scale = section.number_or(1.0, "scale", &entry.scale, 0.0..=1e9)?;
                 let angle = &entry.rotation_degrees;
                 let rotation = section.number_or(0.0, "rotation_degrees", angle, -1e6..=1e6)?;
-                let path = self.resolve(&section, section.required("file", &entry.file)?)?;
-                let map = environment::read(&path, &mut self.warnings)?;
+                let path = self.resolve(section, section.required("file", &entry.file)?)?;
+                let map = self.environment(path)?;
                 let brightest =
                     (map.radiance.as_flattened().iter()).fold(0.0, |a: f32, b| a.max(*b));
                 if f64::from(brightest) * scale > f64::from(MAX_RADIANCE) {
@@ -269,7 +266,7 @@ impl<'a> Loader<'a> {
                     ));
                 }
                 LightKind::Environment {
-                    map: Arc::new(map),
+                    map,
                     scale,
                     rotation: rotation.to_radians(),
                 }
@@ -286,32 +283,42 @@ impl<'a> Loader<'a> {
         })
     }
 
+    fn environment(&mut self, path: PathBuf) -> Result<Arc<EnvironmentMap>> {
+        if let Some(map) = self.environments.get(&path) {
+            return Ok(map.clone());
+        }
+        let map = Arc::new(environment::read(&path, &mut self.warnings)?);
+        self.environments.insert(path, map.clone());
+        Ok(map)
+    }
+
     /// Nothing reaches into a lamp: there it would be in the dark, or the whole picture would shine.
-    fn check_lamp_is_free(&self, entry: &LightEntry, light: &Light, camera: &Camera) -> Result<()> {
+    fn check_lamp_is_free(&self, entry: &LightEntry, light: &Light, scene: &Scene) -> Result<()> {
         let LightKind::Lamp {
             position, radius, ..
         } = light.kind
         else {
             return Ok(());
         };
-        let distances = (self.objects.iter())
+        let distances = (scene.objects.iter())
             .map(|object| {
                 let owner = format!("object \"{}\"", object.name.escape_debug());
                 (owner, object.geometry.mesh().distance_to(position))
             })
-            .chain([("the camera".into(), camera.position.distance(position))]);
+            .chain([("the camera".into(), scene.camera.position.distance(position))]);
         for (owner, distance) in distances {
             if distance <= radius {
                 let section = Section {
                     source: self.source,
                     owner: format!("light \"{}\"", light.name.escape_debug()),
-                    span: span(&entry.position),
+                    span: entry.name.span(),
                 };
+                let place = (entry.position.as_ref()).map_or(section.span.clone(), Spanned::span);
                 let reason = format!(
                     "{owner} reaches into the lamp, to {distance} m from the middle of a radius of {radius} m"
                 );
                 let remedy = "move one of them, or lower the radius";
-                return Err(section.error(section.span.clone(), &reason, remedy));
+                return Err(section.error(place, &reason, remedy));
             }
         }
         Ok(())
@@ -373,32 +380,48 @@ impl<'a> Loader<'a> {
         let light_map = (entry.lightmap.as_ref())
             .map(|texels| self.light_map(&section, entry, texels, material))
             .transpose()?;
-        let geometry = match (&entry.mesh, &entry.rect, &entry.waves) {
-            (Some(file), None, None) => return self.mesh(&section, entry, file, material),
-            (None, Some(entry), None) => {
+        let motion = (entry.motion.as_ref())
+            .map(|motion| keyframes::motion(&section, motion))
+            .transpose()?;
+        let geometry = match (&entry.mesh, &entry.frames, &entry.rect, &entry.waves) {
+            (Some(file), None, None, None) => {
+                let path = self.resolve(&section, file)?;
+                return self.meshes(entry, &[path], None, material, motion);
+            }
+            (None, Some(frames), None, None) => {
+                let paths = self.frame_paths(&section, frames)?;
+                let fps = &frames.get_ref().fps;
+                let fps = section.number_or(DEFAULT_FPS, "fps", fps, FPS)?;
+                return self.meshes(entry, &paths, Some(fps), material, motion);
+            }
+            (None, None, Some(entry), None) => {
                 let keys = entry.get_ref();
                 let edges = [&keys.origin, &keys.edge_u, &keys.edge_v];
                 Geometry::Rect(rect(&section, entry.span(), edges)?)
             }
-            (None, None, Some(entry)) => {
+            (None, None, None, Some(entry)) => {
                 let waves = waves(&section, entry)?;
                 self.warn_of_coarse_waves(&section.owner, &waves);
                 Geometry::Waves(waves)
             }
-            (mesh, rect, waves) => {
-                let reason = match (mesh, rect, waves) {
-                    (None, None, None) => "it has no `mesh`, `rect` or `waves`",
-                    _ => "it has more than one of `mesh`, `rect` and `waves`",
+            shapes => {
+                let reason = match shapes {
+                    (None, None, None, None) => "it has no `mesh`, `frames`, `rect` or `waves`",
+                    _ => "it has more than one of `mesh`, `frames`, `rect` and `waves`",
                 };
                 return Err(section.error(section.span.clone(), reason, "give it one of them"));
             }
         };
-        self.objects.push(Object {
-            name: entry.name.get_ref().clone(),
-            material: *section.required("material", &material)?,
-            geometry,
-            light_map,
-            blocks_light: entry.blocks_light.unwrap_or(true),
+        self.objects.push(MovingObject {
+            object: Object {
+                name: entry.name.get_ref().clone(),
+                material: *section.required("material", &material)?,
+                geometry,
+                light_map,
+                blocks_light: entry.blocks_light.unwrap_or(true),
+            },
+            frames: None,
+            motion,
         });
         Ok(())
     }
@@ -417,16 +440,22 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Adds the parts of a mesh; `material` holds for all of it.
-    fn mesh(
+    /// Adds the parts of a mesh, or of one that has several frames, `fps` a second; `material`
+    /// holds for all of it.
+    fn meshes(
         &mut self,
-        section: &Section,
         entry: &ObjectEntry,
-        file: &Spanned<String>,
+        paths: &[PathBuf],
+        fps: Option<f64>,
         material: Option<usize>,
+        motion: Option<Motion>,
     ) -> Result<()> {
-        let path = self.resolve(section, file)?;
-        for part in obj::read(&path, &self.root, material.is_none(), &mut self.warnings)? {
+        let use_mtl = material.is_none();
+        let parts = match fps {
+            None => obj::read(&paths[0], &self.root, use_mtl, &mut self.warnings)?,
+            Some(_) => obj::read_frames(paths, &self.root, use_mtl, &mut self.warnings)?,
+        };
+        for part in parts {
             let mut name = entry.name.get_ref().clone();
             let material = match part.material {
                 Some((of_part, kind)) => {
@@ -442,15 +471,41 @@ impl<'a> Loader<'a> {
                 }
                 None => material.expect("without `material`, parts have their own"),
             };
-            self.objects.push(Object {
-                name,
-                material,
-                geometry: Geometry::Mesh(part.mesh),
-                light_map: None,
-                blocks_light: entry.blocks_light.unwrap_or(true),
+            let meshes: Vec<_> = part.meshes.into_iter().map(Arc::new).collect();
+            self.objects.push(MovingObject {
+                object: Object {
+                    name,
+                    material,
+                    geometry: Geometry::Mesh(meshes[0].clone()),
+                    light_map: None,
+                    blocks_light: entry.blocks_light.unwrap_or(true),
+                },
+                frames: fps.map(|fps| MeshFrames { fps, meshes }),
+                motion: motion.clone(),
             });
         }
         Ok(())
+    }
+
+    /// The OBJ files of a folder in the order of their names.
+    fn frame_paths(
+        &self,
+        section: &Section,
+        frames: &Spanned<FramesEntry>,
+    ) -> Result<Vec<PathBuf>> {
+        let section = Section {
+            span: frames.span(),
+            ..section.clone()
+        };
+        let folder = section.required("folder", &frames.get_ref().folder)?;
+        (self
+            .root
+            .resolve_folder(self.source.path, folder.get_ref(), "obj"))
+        .map_err(|reason| {
+            let remedy =
+                "name a folder of .obj files under the asset root, relative to the scene file";
+            section.error(folder.span(), &reason, remedy)
+        })
     }
 
     fn light_map(
@@ -517,6 +572,28 @@ impl<'a> Loader<'a> {
         }
         Ok(section)
     }
+}
+
+fn camera(section: &Section, entry: &CameraEntry) -> Result<Camera> {
+    let position = section.triple("position", &entry.position, METRES)?;
+    let target = section.triple("target", &entry.target, METRES)?;
+    let Some(view) = mesh::unit(target - position) else {
+        let reason = "position and target are the same point";
+        return Err(section.error(section.span.clone(), reason, "move one of them"));
+    };
+    if view.cross(DVec3::Y).length() < 1e-6 {
+        let reason = "it looks straight along the y axis, so that up is undefined";
+        let remedy = "move position or target a little sideways";
+        return Err(section.error(section.span.clone(), reason, remedy));
+    }
+    let fov = section.number("fov_degrees", &entry.fov_degrees, 0.001..=179.999)?;
+    let exposure_ev = section.number_or(0.0, "exposure_ev", &entry.exposure_ev, -64.0..=64.0)?;
+    Ok(Camera {
+        position,
+        target,
+        fov: fov.to_radians(),
+        exposure_ev,
+    })
 }
 
 fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {

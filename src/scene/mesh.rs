@@ -4,7 +4,6 @@
 use super::Mesh;
 use glam::DVec3;
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 
 /// Corners of an n-gon from which a triangle fan is tried.
 const FAN_STARTS: usize = 64;
@@ -88,11 +87,16 @@ impl Soup {
         area.normalize()
     }
 
-    /// The mesh of some of the triangles, with equal corners merged, and the number of corners
+    /// The mesh of some of the triangles, with equal corners merged where `merge`, and the number of corners
     /// whose normal was missing the front. A normal behind its face is turned about where it
     /// is more than 120° off, as in a mesh wound the other way round, and replaced by the face's
     /// otherwise, since the winding decides which side is the front.
-    pub fn mesh(&self, triangles: &[[u32; 3]], smooth: &SmoothNormals) -> (Mesh, usize) {
+    pub fn mesh(
+        &self,
+        triangles: &[[u32; 3]],
+        smooth: &SmoothNormals,
+        merge: bool,
+    ) -> (Mesh, usize) {
         let mut mesh = Mesh::default();
         let mut known = HashMap::new();
         let mut turned = 0;
@@ -109,14 +113,15 @@ impl Soup {
                     normal = if facing < -0.5 { -normal } else { face };
                 }
                 let next = mesh.positions.len() as u32;
-                match known.entry((bits(position), bits(normal))) {
-                    Entry::Occupied(index) => *index.get(),
-                    Entry::Vacant(place) => {
-                        mesh.positions.push(position);
-                        mesh.normals.push(normal);
-                        *place.insert(next)
-                    }
+                let index = match merge {
+                    true => *known.entry((bits(position), bits(normal))).or_insert(next),
+                    false => next,
+                };
+                if index == next {
+                    mesh.positions.push(position);
+                    mesh.normals.push(normal);
                 }
+                index
             });
             mesh.triangles.push(triangle);
         }

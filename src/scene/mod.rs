@@ -3,18 +3,21 @@
 //! Right-handed, y up. Positions are `f64` so that a scene far from the origin keeps its shape;
 //! the renderer moves the origin into the scene before it goes to `f32`.
 
+mod animation;
 mod asset;
 mod environment;
 mod file;
+mod keyframes;
 pub mod load;
 mod mesh;
 mod mtl;
 mod obj;
 mod obj_text;
 
+pub use animation::Animation;
 pub use load::{Loaded, load};
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::Triangle;
@@ -39,7 +42,7 @@ pub fn light_map_side(texels: i64) -> Result<u32, String> {
 /// Most radiance of an environment, W/m²/sr: sums of many such are still f32 values.
 pub const MAX_RADIANCE: f32 = 1e30;
 
-/// Everything the renderer needs to know.
+/// Everything the renderer needs to know, at one time; [`Animation`] has it at every time.
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub camera: Camera,
@@ -162,9 +165,10 @@ impl MaterialKind {
     }
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
-    Mesh(Mesh),
+    /// Shared by the scenes of all times at which it does not move.
+    Mesh(Arc<Mesh>),
     Rect(Rect),
     Waves(Waves),
 }
@@ -178,11 +182,53 @@ impl Geometry {
             Self::Waves(waves) => Cow::Owned(waves.to_mesh()),
         }
     }
+
+    /// Scaled, turned and moved.
+    pub fn moved(&self, by: &Similarity) -> Self {
+        let rect = |rect: Rect| Rect {
+            origin: by.place(rect.origin),
+            edge_u: by.scale * (by.rotation * rect.edge_u),
+            edge_v: by.scale * (by.rotation * rect.edge_v),
+        };
+        match self {
+            Self::Mesh(mesh) => Self::Mesh(Arc::new(Mesh {
+                positions: mesh.positions.iter().map(|p| by.place(*p)).collect(),
+                normals: mesh.normals.iter().map(|n| by.rotation * *n).collect(),
+                triangles: mesh.triangles.clone(),
+            })),
+            Self::Rect(still) => Self::Rect(rect(*still)),
+            Self::Waves(still) => {
+                let mut waves = still.clone();
+                waves.rect = rect(still.rect);
+                for sine in &mut waves.sines {
+                    sine.amplitude *= by.scale;
+                    sine.wave_vector /= by.scale;
+                }
+                Self::Waves(waves)
+            }
+        }
+    }
+}
+
+/// p ↦ scale · rotation p + shift
+#[derive(Debug, Clone, Copy)]
+pub struct Similarity {
+    /// > 0
+    pub scale: f64,
+    pub rotation: DMat3,
+    /// m
+    pub shift: DVec3,
+}
+
+impl Similarity {
+    fn place(&self, p: DVec3) -> DVec3 {
+        self.scale * (self.rotation * p) + self.shift
+    }
 }
 
 /// Triangles with a unit normal at every vertex, which is interpolated and normalised between
 /// them. The front face is the one seen counter-clockwise; vertex normals point to its side.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// m
     pub positions: Vec<DVec3>,
@@ -209,7 +255,7 @@ impl Mesh {
 }
 
 /// Rectangle origin + u·edge_u + v·edge_v, u, v ∈ [0, 1]; front face toward edge_u × edge_v.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rect {
     pub origin: DVec3,
     /// Perpendicular to `edge_v`.
@@ -240,7 +286,7 @@ impl Rect {
 }
 
 /// A rectangle whose height along its normal is a sum of sines.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Waves {
     /// At rest.
     pub rect: Rect,
@@ -253,7 +299,7 @@ pub struct Waves {
 
 /// A wave of height amplitude · sin(k·p + phase − speed · time), p the place on the rectangle from
 /// its origin, in m along edge_u and edge_v.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sine {
     /// m
     pub amplitude: f64,
@@ -316,14 +362,13 @@ impl Scene {
     /// The scene `scale` times as large, then moved by `shift` (m). Lamps get `scale`² times their
     /// flux, so that irradiance stays.
     pub fn transformed(mut self, scale: f64, shift: DVec3) -> Self {
-        let place = |p: &mut DVec3| *p = scale * *p + shift;
-        let place_rect = |rect: &mut Rect| {
-            place(&mut rect.origin);
-            rect.edge_u *= scale;
-            rect.edge_v *= scale;
+        let by = Similarity {
+            scale,
+            rotation: DMat3::IDENTITY,
+            shift,
         };
-        place(&mut self.camera.position);
-        place(&mut self.camera.target);
+        self.camera.position = by.place(self.camera.position);
+        self.camera.target = by.place(self.camera.target);
         for light in &mut self.lights {
             if let LightKind::Lamp {
                 position,
@@ -331,23 +376,13 @@ impl Scene {
                 radiant_flux,
             } = &mut light.kind
             {
-                place(position);
+                *position = by.place(*position);
                 *radius *= scale;
                 *radiant_flux *= scale * scale;
             }
         }
         for object in &mut self.objects {
-            match &mut object.geometry {
-                Geometry::Mesh(mesh) => mesh.positions.iter_mut().for_each(place),
-                Geometry::Rect(rect) => place_rect(rect),
-                Geometry::Waves(waves) => {
-                    place_rect(&mut waves.rect);
-                    for sine in &mut waves.sines {
-                        sine.amplitude *= scale;
-                        sine.wave_vector /= scale;
-                    }
-                }
-            }
+            object.geometry = object.geometry.moved(&by);
         }
         self
     }

@@ -9,7 +9,7 @@ use crate::error::Result;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashSet};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes of a file.
 const MAX_BYTES: u64 = 1 << 30;
@@ -21,7 +21,76 @@ const NAME_A_MATERIAL: &str = "give the object a `material` of the scene file, w
 pub struct Part {
     /// Name and kind by the MTL files; none if these were not asked for.
     pub material: Option<(String, MaterialKind)>,
-    pub mesh: Mesh,
+    /// One for each file, all with the same triangles.
+    pub meshes: Vec<Mesh>,
+}
+
+/// What one file holds.
+struct Content {
+    parts: Vec<FilePart>,
+    /// Of its faces.
+    topology: blake3::Hash,
+}
+
+/// A [`Part`] of one file.
+struct FilePart {
+    material: Option<(String, MaterialKind)>,
+    mesh: Mesh,
+    /// Of the mesh's triangles, as they are counted in the file where corners are not merged.
+    corners: Vec<[u32; 3]>,
+}
+
+/// Reads the OBJ files of at least one frame of a mesh, all of one topology: the faces have the same
+/// positions by number, the same materials, and are cut into the same triangles. Normals may be
+/// numbered otherwise. What corners have in common by chance in one frame does not matter.
+///
+/// # Errors
+/// As [`read`], and where a file's topology is not that of the first.
+pub fn read_frames(
+    paths: &[PathBuf],
+    root: &AssetRoot,
+    use_mtl: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Part>> {
+    let bytes = |path: &PathBuf| path.metadata().map_or(0, |metadata| metadata.len());
+    if paths.iter().map(bytes).sum::<u64>() > MAX_BYTES {
+        let folder = paths[0].parent().unwrap_or(&paths[0]);
+        let reason = format!(
+            "its meshes together are larger than {} MiB",
+            MAX_BYTES >> 20
+        );
+        return Err(refused(folder, &reason, "use fewer or coarser meshes"));
+    }
+    let mut frames = paths.iter().map(|path| {
+        let content = read_file(path, root, use_mtl, false, warnings)?;
+        Ok((path, content))
+    });
+    let (first_path, first) = frames.next().expect("a folder with a mesh")?;
+    let mut parts: Vec<Part> = (first.parts.iter())
+        .map(|part| Part {
+            material: part.material.clone(),
+            meshes: vec![part.mesh.clone()],
+        })
+        .collect();
+    for frame in frames {
+        let (path, next) = frame?;
+        let name = |part: &FilePart| part.material.as_ref().map(|(name, _)| name.clone());
+        let same_part =
+            |(a, b): (&FilePart, &FilePart)| a.corners == b.corners && name(a) == name(b);
+        let same = next.topology == first.topology
+            && next.parts.len() == first.parts.len()
+            && next.parts.iter().zip(&first.parts).all(same_part);
+        if !same {
+            let reason = format!("its topology is not that of {}", first_path.display());
+            let remedy = "export all frames with the same faces and materials in the same order, \
+                          cut into triangles that all have an area";
+            return Err(refused(path, &reason, remedy));
+        }
+        for (part, next) in parts.iter_mut().zip(next.parts) {
+            part.meshes.push(next.mesh);
+        }
+    }
+    Ok(parts)
 }
 
 /// Reads an OBJ file. With `use_mtl` its MTL files are read, too, and there is a part for each
@@ -36,6 +105,22 @@ pub fn read(
     use_mtl: bool,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Part>> {
+    let content = read_file(path, root, use_mtl, true, warnings)?;
+    let part = |part: FilePart| Part {
+        material: part.material,
+        meshes: vec![part.mesh],
+    };
+    Ok(content.parts.into_iter().map(part).collect())
+}
+
+/// `merge`: corners with equal position and normal become one.
+fn read_file(
+    path: &Path,
+    root: &AssetRoot,
+    use_mtl: bool,
+    merge: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Content> {
     let content = asset::read(path, MAX_BYTES)?;
     // Old files have comments in other encodings; all that matters is ASCII.
     let text = String::from_utf8_lossy(&content);
@@ -67,7 +152,7 @@ pub fn read(
     let mut by_material: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
     for model in &models {
         let first = soup.triangles.len();
-        add(&mut soup, &model.mesh, has_normals).map_err(|reason| {
+        add(&mut soup, &model.mesh, has_normals, merge).map_err(|reason| {
             let reason = format!("group `{}`: {reason}", model.name);
             refused(
                 path,
@@ -117,9 +202,13 @@ pub fn read(
             }
             None => None,
         };
-        let (mesh, count) = soup.mesh(&triangles, &smooth);
+        let (mesh, count) = soup.mesh(&triangles, &smooth, merge);
         behind += count;
-        parts.push(Part { material, mesh });
+        parts.push(FilePart {
+            material,
+            mesh,
+            corners: triangles,
+        });
     }
 
     let mixed = if has_normals || plain.bare_corners == plain.corners {
@@ -151,7 +240,10 @@ pub fn read(
             warnings.push(format!("{}: {count} {what}", path.display()));
         }
     }
-    Ok(parts)
+    Ok(Content {
+        parts,
+        topology: plain.topology(),
+    })
 }
 
 /// Without `has_normals` only positions and faces are right in what comes back.
@@ -173,17 +265,27 @@ fn parse(
     Ok((models, materials?))
 }
 
-/// Adds a group; corners get the normal zero where the file has none.
-fn add(soup: &mut Soup, group: &tobj::Mesh, has_normals: bool) -> Result<(), String> {
+/// Adds a group; corners get the normal zero where the file has none. Where not `merge`, every
+/// corner has a position of its own.
+fn add(soup: &mut Soup, group: &tobj::Mesh, has_normals: bool, merge: bool) -> Result<(), String> {
     let base = soup.positions.len() as u32;
-    soup.positions
-        .extend(group.positions.chunks_exact(3).map(DVec3::from_slice));
+    let vectors = |values: &[f64]| -> Vec<DVec3> {
+        let all = values.chunks_exact(3).map(DVec3::from_slice);
+        match merge {
+            true => all.collect(),
+            false => {
+                let all: Vec<DVec3> = all.collect();
+                group.indices.iter().map(|i| all[*i as usize]).collect()
+            }
+        }
+    };
+    soup.positions.extend(vectors(&group.positions));
     if has_normals {
-        soup.normals
-            .extend(group.normals.chunks_exact(3).map(DVec3::from_slice));
+        soup.normals.extend(vectors(&group.normals));
     }
     soup.normals.resize(soup.positions.len(), DVec3::ZERO);
-    let mut corners = group.indices.iter().map(|index| base + index);
+    let indices = (0u32..).zip(&group.indices);
+    let mut corners = indices.map(|(count, index)| base + if merge { *index } else { count });
     if group.face_arities.is_empty() {
         // tobj's way to say that all are triangles.
         while let (Some(a), Some(b), Some(c)) = (corners.next(), corners.next(), corners.next()) {

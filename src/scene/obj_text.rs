@@ -50,6 +50,28 @@ impl<'a> Plain<'a> {
         Ok(plain)
     }
 
+    /// A digest of the faces: the positions of their corners, by number, and their materials.
+    pub fn topology(&self) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        for line in self.text.lines() {
+            let mut words = line.split(' ');
+            match words.next() {
+                Some("f") => {
+                    for word in words {
+                        let position = word.split('/').next().unwrap_or(word);
+                        hasher.update(position.as_bytes()).update(b" ");
+                    }
+                }
+                Some("usemtl") => {
+                    hasher.update(line.as_bytes());
+                }
+                _ => continue,
+            }
+            hasher.update(b"\n");
+        }
+        hasher.finalize()
+    }
+
     fn add(&mut self, number: usize, line: &'a str) -> Result<(), String> {
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim_start();

@@ -835,7 +835,8 @@ fn screen_at(mut scene: Scene, z: f64) -> Scene {
 fn wider_ring(mut scene: Scene) -> Scene {
     if let Geometry::Mesh(ring) = &mut scene.objects[0].geometry {
         let factor = DVec3::new(1.03, 1.0, 1.03);
-        ring.positions.iter_mut().for_each(|p| *p *= factor);
+        let positions = &mut Arc::make_mut(ring).positions;
+        positions.iter_mut().for_each(|p| *p *= factor);
     }
     scene
 }
@@ -865,9 +866,8 @@ fn shifted_by_far(mut scene: Scene) -> Scene {
 
 fn higher_ball(mut scene: Scene) -> Scene {
     if let Geometry::Mesh(ball) = &mut object_mut(&mut scene, "ball").geometry {
-        ball.positions
-            .iter_mut()
-            .for_each(|p| *p += 0.02 * DVec3::Y);
+        let positions = &mut Arc::make_mut(ball).positions;
+        positions.iter_mut().for_each(|p| p.y += 0.02);
     }
     scene
 }

@@ -336,7 +336,7 @@ pub fn ring(elevation: f64, blocks_light: bool) -> Scene {
     scene.materials[0].kind = MaterialKind::Mirror {
         reflectance: DVec3::ONE,
     };
-    scene.objects[0].geometry = Geometry::Mesh(hollow_cylinder(1.0, RING_HEIGHT, 1024));
+    scene.objects[0].geometry = Geometry::Mesh(hollow_cylinder(1.0, RING_HEIGHT, 1024).into());
     scene.objects[1].geometry = floor(1.0, 0.0);
     for object in &mut scene.objects {
         object.blocks_light = blocks_light;

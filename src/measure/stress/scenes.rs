@@ -47,7 +47,7 @@ fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scene {
             ),
         ],
         objects: vec![
-            object("reflector", 0, Geometry::Mesh(reflector)),
+            object("reflector", 0, Geometry::Mesh(reflector.into())),
             Object {
                 light_map: Some([64, 64]),
                 ..object(RECEIVER, 1, Geometry::Rect(receiver))

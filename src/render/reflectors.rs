@@ -1,0 +1,195 @@
+//! The specular triangles that face a light, and how finely each is cut into patches.
+//!
+//! How finely is settled once: what is attached to a surface and is cut alike at all times does not
+//! flicker when it moves.
+
+use super::layout;
+use super::soup::Soup;
+use crate::error::{Error, Result};
+use crate::scene::{MaterialKind, Scene};
+use glam::Vec3;
+
+/// Pairs of patch and sun that 32 bits count, with room to round up.
+pub const MOST_PAIRS: u64 = 1 << 31;
+
+/// All specular triangles, object by object in the order of the meshes.
+pub struct Specular {
+    triangles: Vec<Cut>,
+    samples: u32,
+}
+
+/// Those that are lit.
+pub struct Lit {
+    pub reflectors: Vec<layout::Reflector>,
+    pub patch_count: u32,
+    /// m²
+    pub area: f64,
+}
+
+struct Cut {
+    object: u32,
+    /// Of its object's.
+    index: u32,
+    /// Patches along a side.
+    subdivision: u32,
+    /// Whether it throws light wherever it comes from.
+    always: bool,
+}
+
+impl Specular {
+    /// Cuts the triangles so that those that are lit now make about `samples` patches, one a
+    /// triangle at least.
+    ///
+    /// All triangles of an object are cut alike, as its mesh was made: where patch sizes jump, the
+    /// footprints' sum is uneven. Only a triangle of more than [`LARGE`] times the object's mean area
+    /// is cut more finely. `all_lit`: light comes from everywhere.
+    pub fn new(
+        scene: &Scene,
+        soup: &Soup,
+        suns: &[layout::Light],
+        all_lit: bool,
+        samples: u32,
+    ) -> Self {
+        const LARGE: f64 = 4.0;
+        let mut triangles = Vec::new();
+        let mut areas = Vec::new();
+        // (area, triangles) of each object's: all, and those that are lit.
+        let mut all = vec![(0.0, 0.0); scene.objects.len()];
+        let mut lit = all.clone();
+        for (index, object) in scene.objects.iter().enumerate() {
+            let material = &scene.materials[object.material].kind;
+            if !material.is_specular() {
+                continue;
+            }
+            let always = all_lit || matches!(material, MaterialKind::Dielectric { .. });
+            for (number, &place) in soup.places(index).iter().enumerate() {
+                let area = f64::from(area(&soup.triangles[place as usize]));
+                let sums = [&mut all[index], &mut lit[index]];
+                let counts = [true, always || faces_any(soup, place, suns)];
+                for (sum, _) in sums.into_iter().zip(counts).filter(|(_, counts)| *counts) {
+                    *sum = (sum.0 + area, sum.1 + 1.0);
+                }
+                areas.push(area);
+                triangles.push(Cut {
+                    object: index as u32,
+                    index: number as u32,
+                    subdivision: 1,
+                    always,
+                });
+            }
+        }
+        let sum = |objects: &[(f64, f64)]| objects.iter().map(|(area, _)| area).sum::<f64>();
+        let total = if sum(&lit) > 0.0 {
+            sum(&lit)
+        } else {
+            sum(&all)
+        };
+        for (cut, area) in triangles.iter_mut().zip(areas) {
+            let object = cut.object as usize;
+            let (sum, count) = if lit[object].0 > 0.0 {
+                lit[object]
+            } else {
+                all[object]
+            };
+            let mean = sum / count;
+            let patches = f64::from(samples) * mean / total;
+            let finer = (area / (LARGE * mean)).sqrt().max(1.0);
+            // What has no area now counts once.
+            cut.subdivision = ((patches.sqrt().round().max(1.0) * finer).round() as u32).max(1);
+        }
+        Self { triangles, samples }
+    }
+
+    /// Those that face a sun or a lamp.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there are more pairs of patch and sun than 32 bits count.
+    pub fn lit(&self, soup: &Soup, suns: &[layout::Light]) -> Result<Lit> {
+        let (mut patch_count, mut sum) = (0u64, 0.0);
+        let mut areas = Vec::with_capacity(self.triangles.len());
+        let mut reflectors = Vec::with_capacity(self.triangles.len());
+        for cut in &self.triangles {
+            let triangle = soup.places(cut.object as usize)[cut.index as usize];
+            let area = area(&soup.triangles[triangle as usize]);
+            if area == 0.0 || !(cut.always || faces_any(soup, triangle, suns)) {
+                continue;
+            }
+            sum += f64::from(area);
+            areas.push(sum);
+            reflectors.push(layout::Reflector {
+                triangle,
+                first_patch: patch_count as u32,
+                subdivision: cut.subdivision,
+                share_end: 0, // known when all are
+            });
+            patch_count += cut.patches();
+            let pairs = patch_count.saturating_mul(suns.len().max(1) as u64);
+            if pairs > MOST_PAIRS {
+                let samples = self.samples;
+                return Err(Error::Usage {
+                    reason: format!(
+                        "{samples} samples make more than {MOST_PAIRS} patches, counted once a sun"
+                    ),
+                    remedy: "ask for fewer samples".into(),
+                });
+            }
+        }
+        for (reflector, end) in reflectors.iter_mut().zip(areas) {
+            // Casts saturate: the last one ends at 2^32 - 1.
+            reflector.share_end = (end / sum * 2f64.powi(32)) as u32;
+        }
+        Ok(Lit {
+            reflectors,
+            patch_count: patch_count as u32,
+            area: sum,
+        })
+    }
+
+    /// Triangles that there are, lit or not.
+    pub fn count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Patches of all triangles, lit or not.
+    pub fn all_patches(&self) -> u64 {
+        self.triangles.iter().map(Cut::patches).sum()
+    }
+}
+
+impl Cut {
+    fn patches(&self) -> u64 {
+        u64::from(self.subdivision) * u64::from(self.subdivision)
+    }
+}
+
+/// m²
+fn area(triangle: &layout::Triangle) -> f32 {
+    0.5 * triangle.edge1.cross(triangle.edge2).length()
+}
+
+/// Whether any part of any sun's disc may shine on the front of the triangle at this place.
+fn faces_any(soup: &Soup, place: u32, suns: &[layout::Light]) -> bool {
+    let (triangle, normals) = (
+        &soup.triangles[place as usize],
+        &soup.normals[place as usize],
+    );
+    suns.iter().any(|sun| faces(triangle, normals, sun))
+}
+
+/// Whether any part of a sun or lamp may shine on the triangle's front. n·(p − x), of a normal n and
+/// the way from x to the lamp's middle p, is a mean over pairs of corners, so that one of these is
+/// positive where any of the triangle's is.
+fn faces(triangle: &layout::Triangle, normals: &layout::Normals, light: &layout::Light) -> bool {
+    let geometric = triangle.edge1.cross(triangle.edge2).normalize_or_zero();
+    let (lowest, ways) = if light.is_lamp == 0 {
+        (-light.size.sin(), [light.place; 3])
+    } else {
+        let way = light.place - triangle.position;
+        (
+            -light.size,
+            [way, way - triangle.edge1, way - triangle.edge2],
+        )
+    };
+    let above = |normal: &Vec3| ways.iter().any(|way| normal.dot(*way) > lowest);
+    above(&geometric) && [normals.n0, normals.n1, normals.n2].iter().any(above)
+}

@@ -1,0 +1,174 @@
+//! The triangles of the scene as the device has them: in the order of the leaves of a bounding
+//! volume hierarchy, around an origin in the middle of the scene.
+//!
+//! What moves is put into its place again, and the hierarchy fitted to it.
+
+use super::bvh::Bvh;
+use super::layout;
+use crate::error::{Error, Result};
+use crate::scene::{Geometry, Mesh, Scene};
+use glam::DVec3;
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// What a link of the hierarchy can name.
+const MOST_TRIANGLES: usize = 1 << 28;
+
+pub struct Soup {
+    pub triangles: Vec<layout::Triangle>,
+    pub normals: Vec<layout::Normals>,
+    bvh: Bvh,
+    /// Index into `triangles` of each triangle of the scene, object by object.
+    places: Vec<u32>,
+    /// Of each object's triangles in `places`.
+    ranges: Vec<Range<usize>>,
+    /// Whether an object is a rect, of which each triangle has the other for a twin.
+    flat: Vec<bool>,
+    /// Of the device in the scene, m.
+    pub origin: DVec3,
+}
+
+impl Soup {
+    pub fn new(scene: &Scene, meshes: &[Cow<Mesh>]) -> Result<Self> {
+        let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        if count >= MOST_TRIANGLES {
+            return Err(Error::Usage {
+                reason: format!("the scene has {count} triangles"),
+                remedy: format!("use coarser meshes, of {MOST_TRIANGLES} triangles at most"),
+            });
+        }
+        let origin = middle(meshes);
+        let mut triangles = Vec::with_capacity(count);
+        let mut normals = Vec::with_capacity(count);
+        let mut ranges = Vec::new();
+        for (index, (mesh, object)) in meshes.iter().zip(&scene.objects).enumerate() {
+            let first = triangles.len();
+            for corners in &mesh.triangles {
+                triangles.push(layout::Triangle {
+                    object: index as u32,
+                    blocks: u32::from(object.blocks_light),
+                    ..geometry_of(mesh, corners, origin)
+                });
+                normals.push(normals_of(mesh, corners));
+            }
+            ranges.push(first..triangles.len());
+        }
+        let mut soup = Self {
+            bvh: Bvh::new(&triangles),
+            triangles,
+            normals,
+            places: Vec::new(),
+            ranges,
+            flat: (scene.objects.iter())
+                .map(|object| matches!(object.geometry, Geometry::Rect(_)))
+                .collect(),
+            origin,
+        };
+        soup.arrange();
+        Ok(soup)
+    }
+
+    /// From the order of the scene to that of the hierarchy.
+    fn arrange(&mut self) {
+        let order = &self.bvh.order;
+        self.triangles = order.iter().map(|i| self.triangles[*i as usize]).collect();
+        self.normals = order.iter().map(|i| self.normals[*i as usize]).collect();
+        self.places = vec![0; order.len()];
+        for (place, index) in order.iter().enumerate() {
+            self.places[*index as usize] = place as u32;
+        }
+        for (range, flat) in self.ranges.iter().zip(&self.flat) {
+            let places = &self.places[range.clone()];
+            for (index, &place) in places.iter().enumerate() {
+                let twin = if *flat { places[1 - index] } else { place };
+                self.triangles[place as usize].twin = twin;
+            }
+        }
+    }
+
+    /// A grid and its nodes, as the shaders' buffer has them.
+    pub fn nodes(&self) -> Vec<u8> {
+        [
+            bytemuck::bytes_of(&self.bvh.grid),
+            bytemuck::cast_slice(&self.bvh.nodes),
+        ]
+        .concat()
+    }
+
+    /// Bytes that [`Soup::nodes`] can come to: a hierarchy has a node less than triangles.
+    pub fn most_node_bytes(&self) -> u64 {
+        (size_of::<layout::Grid>() + self.triangles.len() * size_of::<layout::Node>()) as u64
+    }
+
+    /// Indices into [`Soup::triangles`] of an object's triangles, in the order of its mesh.
+    pub fn places(&self, object: usize) -> &[u32] {
+        &self.places[self.ranges[object].clone()]
+    }
+
+    /// Moves an object to where `mesh`, of the same topology, is. Then [`Soup::settle`].
+    pub fn put(&mut self, object: usize, mesh: &Mesh) {
+        for (corners, place) in mesh.triangles.iter().zip(self.ranges[object].clone()) {
+            let place = self.places[place] as usize;
+            let layout::Triangle {
+                object,
+                blocks,
+                twin,
+                ..
+            } = self.triangles[place];
+            self.triangles[place] = layout::Triangle {
+                object,
+                blocks,
+                twin,
+                ..geometry_of(mesh, corners, self.origin)
+            };
+            self.normals[place] = normals_of(mesh, corners);
+        }
+    }
+
+    /// Fits the hierarchy to what was moved. Returns whether it was built anew, and everything has
+    /// another place.
+    pub fn settle(&mut self) -> bool {
+        if self.bvh.refit(&self.triangles) {
+            return false;
+        }
+        let place = |i: &u32| *i as usize;
+        self.triangles = self
+            .places
+            .iter()
+            .map(|i| self.triangles[place(i)])
+            .collect();
+        self.normals = self.places.iter().map(|i| self.normals[place(i)]).collect();
+        self.bvh = Bvh::new(&self.triangles);
+        self.arrange();
+        true
+    }
+}
+
+/// A triangle with its place.
+fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> layout::Triangle {
+    let [p0, p1, p2] = corners.map(|c| mesh.positions[c as usize] - origin);
+    layout::Triangle {
+        position: p0.as_vec3(),
+        edge1: (p1 - p0).as_vec3(),
+        edge2: (p2 - p0).as_vec3(),
+        ..Default::default()
+    }
+}
+
+fn normals_of(mesh: &Mesh, corners: &[u32; 3]) -> layout::Normals {
+    let [n0, n1, n2] = corners.map(|c| mesh.normals[c as usize].as_vec3());
+    layout::Normals {
+        n0,
+        n1,
+        n2,
+        ..Default::default()
+    }
+}
+
+/// Middle of the bounding box.
+fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
+    let positions = || meshes.iter().flat_map(|mesh| &mesh.positions);
+    let lower = positions().fold(DVec3::INFINITY, |a, b| a.min(*b));
+    let upper = positions().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
+    0.5 * (lower + upper)
+}
