@@ -992,6 +992,36 @@ fn everything_moves_with_time() {
     assert_eq!(loaded.scene.objects[1].geometry, start.objects[1].geometry);
 }
 
+#[test]
+fn lamps_move_and_fade() {
+    let folder = Folder::new();
+    let lamp = "\n[[light]]\nname = \"lamp\"\nkind = \"lamp\"\nradius = 0.1\nkeyframes = [\
+                {time = 0, position = [0, 9, 0], flux = [8, 4, 0]}, {time = 2, position = [4, 9, 2], flux = [0, 0, 0]}]\n";
+    folder.write("scene.toml", format!("{SCENE}{lamp}"));
+    let loaded = folder.load().unwrap_or_else(|e| panic!("{e}"));
+    for (time, place, watts) in [
+        (-1.0, [0.0, 9.0, 0.0], [8.0, 4.0, 0.0]),
+        (0.5, [1.0, 9.0, 0.5], [6.0, 3.0, 0.0]),
+        (9.0, [4.0, 9.0, 2.0], [0.0; 3]),
+    ] {
+        let scene = loaded.animation.at(time);
+        let Some(LightKind::Lamp {
+            position,
+            radius,
+            radiant_flux,
+        }) = scene.lights.last().map(|light| &light.kind)
+        else {
+            panic!("the last light is a lamp");
+        };
+        assert!(position.distance(place.into()) < 1e-12, "{position}");
+        assert!(
+            radiant_flux.distance(watts.into()) < 1e-12,
+            "{radiant_flux}"
+        );
+        assert_eq!(*radius, 0.1);
+    }
+}
+
 /// What stands still is shared, not copied.
 #[test]
 fn still_meshes_are_shared() {

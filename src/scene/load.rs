@@ -305,7 +305,10 @@ impl<'a> Loader<'a> {
                 let owner = format!("object \"{}\"", object.name.escape_debug());
                 (owner, object.geometry.mesh().distance_to(position))
             })
-            .chain([("the camera".into(), scene.camera.position.distance(position))]);
+            .chain([(
+                "the camera".into(),
+                scene.camera.position.distance(position),
+            )]);
         for (owner, distance) in distances {
             if distance <= radius {
                 let section = Section {
