@@ -503,7 +503,7 @@ pub static CASES: &[Case] = &[
     },
     Case {
         form: &CARDIOID,
-        scene_text: "the same",
+        scene_text: "the same ring and lamp",
         scene: lamp_on_ring,
         receiver: "floor",
         texels: [256, 256],
