@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::scene::{MaterialKind, Scene};
 
 /// Pairs of patch and sun that 32 bits count, with room to round up.
-const MOST_PAIRS: u64 = 1 << 31;
+pub const MOST_PAIRS: u64 = 1 << 31;
 
 /// All specular triangles, object by object in the order of the meshes.
 pub struct Specular {

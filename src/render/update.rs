@@ -6,6 +6,7 @@
 //! is not (`reflectors.rs`).
 
 use super::layout::Patch;
+use super::reflectors;
 use super::upload::{DeviceScene, Lights, can_block, lights, mip_chain, objects, receivers};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder, Write};
@@ -70,7 +71,7 @@ impl DeviceScene {
                 self.environment.write_levels(recorder, &levels)?;
             }
         }
-        let (reflectors, patch_count) = self.specular.lit(&self.soup, &suns)?;
+        let (lit, patch_count) = self.specular.lit(&self.soup, &suns)?;
         let nodes = if moved.is_empty() {
             Vec::new()
         } else {
@@ -91,10 +92,10 @@ impl DeviceScene {
                     0,
                     &receivers(scene, &self.tiles, self.soup.origin),
                 ),
-                Write::new(&self.reflectors, 0, &reflectors),
+                Write::new(&self.reflectors, 0, &lit),
             ],
         )?;
-        self.reflector_count = reflectors.len() as u32;
+        self.reflector_count = lit.len() as u32;
         self.patch_count = patch_count;
         self.scene = scene.clone();
         self.stale = false;
@@ -103,7 +104,8 @@ impl DeviceScene {
         }
         // Room for all that can ever be lit, if the device allows it, grows only once.
         let all = self.specular.all_patches();
-        let fits = all * size_of::<Patch>() as u64 <= context.max_storage_bytes();
+        let fits = all * size_of::<Patch>() as u64 <= context.max_storage_bytes()
+            && all.saturating_mul(u64::from(self.sun_count)) <= reflectors::MOST_PAIRS;
         self.patch_room = if fits { all as u32 } else { patch_count };
         Ok(true)
     }
