@@ -121,6 +121,7 @@ fn the_report_has_every_point() {
         date: machine::date(),
         device: "example <GPU>".into(),
         driver: "example driver 1".into(),
+        commit: machine::commit(),
         cpu: machine::cpu(),
         quick: true,
         sweeps: vec![measured],

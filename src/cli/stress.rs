@@ -45,6 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         date: machine::date(),
         device: context.info().name.clone(),
         driver: context.info().driver.clone(),
+        commit: machine::commit(),
         cpu: machine::cpu(),
         quick: arguments.quick,
         sweeps: Vec::new(),

@@ -5,6 +5,11 @@ pub fn date() -> String {
     format!("{:.0}", jiff::Timestamp::now())
 }
 
+/// Of the source that this program was built from, where it was a git checkout.
+pub fn commit() -> Option<String> {
+    option_env!("NEPHROID_COMMIT").map(Into::into)
+}
+
 /// Model name of the CPU, as Linux tells it; elsewhere its architecture.
 pub fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

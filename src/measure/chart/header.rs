@@ -10,7 +10,7 @@ impl Chart {
         Self {
             schema: SCHEMA,
             nephroid: env!("CARGO_PKG_VERSION").into(),
-            commit: option_env!("NEPHROID_COMMIT").map(Into::into),
+            commit: machine::commit(),
             date: machine::date(),
             device: device.name.clone(),
             driver: device.driver.clone(),

@@ -46,8 +46,9 @@ pub struct Contender {
 }
 
 /// The methods, ours first.
-pub const CONTENDERS: [Contender; 3] = [
+pub const CONTENDERS: [Contender; 4] = [
     contender(Method::Footprint, 16_384, f64::INFINITY),
+    contender(Method::Beams, 16_384, f64::INFINITY),
     contender(Method::Points, 1_000_000, f64::INFINITY),
     contender(Method::Pinhole, 1024, 8e7),
 ];

@@ -22,6 +22,8 @@ pub struct Report {
     pub schema: u32,
     /// Version of this crate.
     pub nephroid: String,
+    /// That it was built from, where known.
+    pub commit: Option<String>,
     /// ISO 8601.
     pub date: String,
     /// Name of the Vulkan device.
@@ -110,6 +112,7 @@ fn page(report: &Report) -> String {
         ("Driver", &report.driver),
         ("CPU", &report.cpu),
         ("nephroid", &report.nephroid),
+        ("Commit", report.commit.as_deref().unwrap_or("unknown")),
         ("Date", &report.date),
         (
             "Extent",

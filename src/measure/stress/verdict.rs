@@ -195,6 +195,10 @@ fn reason(sweep: &str, method: &str) -> Option<&'static str> {
             "Where the sun and a texel are smaller than a patch's image, the blur of the patch is what is \
              left; more patches cure it"
         }
+        ("beams", _) => {
+            "Light is drawn as if it came from the middle of the sun alone: what the sun's width should \
+             blur stays sharp, the more the farther the receiver is"
+        }
         ("points", "curvature") => {
             "Points are even on the mirror, and of a small sphere only the light of its very top reaches \
              the screen, or few of its points do: noise"
