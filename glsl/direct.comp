@@ -10,6 +10,8 @@ layout(std430, binding = 2) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 3) readonly buffer Receivers { Receiver receivers[]; };
 layout(binding = 4) uniform sampler2D environment;
 layout(binding = 5, rgba32f) uniform writeonly image2D direct_map;
+layout(std430, binding = 6) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 7) readonly buffer AtlasSamples_ { AtlasSamples atlas_samples[]; };
 layout(push_constant) uniform DirectPush {
     uvec2 first;         // texel of this part of the receiver's tile
     uint receiver;
@@ -17,12 +19,14 @@ layout(push_constant) uniform DirectPush {
     uint sun_count;      // 0 leaves the suns out
     uint has_environment;
     float rotation;
+    uint is_curved;      // 1: the receiver is a mesh
 } push;
 
 #include "trace.glsl"
 #include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
+#include "samples.glsl"
 #include "sampling.glsl"
 #include "environment.glsl"
 #include "lighting.glsl"
@@ -31,7 +35,34 @@ layout(push_constant) uniform DirectPush {
 const uint SIDE = 4;
 const uint ENVIRONMENT_RAYS = 64;
 
+// Irradiance of a texel of a curved receiver: the mean over the points of its quarters, which share the
+// rays. Where one is empty, the next one takes its part.
+vec3 on_curved(AtlasSamples points) {
+    vec3 sum = vec3(0.0);
+    for (uint part = 0; part < 4; part++) {
+        uint quarter = part;
+        for (uint i = 0; i < 3 && points.triangles[quarter] == NO_TRIANGLE; i++) quarter = (quarter + 1) % 4;
+        uint self = points.triangles[quarter];
+        if (self == NO_TRIANGLE) return vec3(0.0);
+        vec3 x = point_of(points, int(quarter));
+        vec3 n = normalize(cross(triangles[self].edge1, triangles[self].edge2));
+        for (uint sun = 0; sun < push.sun_count; sun++) sum += direct_sun(sun, x, n, self, part, SIDE, 4) / 4.0;
+        if (push.has_environment != 0) {
+            sum += direct_environment(x, n, self, part, 4, ENVIRONMENT_RAYS, push.rotation) / 4.0;
+        }
+    }
+    return sum;
+}
+
 void main() {
+    if (push.is_curved != 0) {
+        Curved receiver = curved[push.receiver];
+        uvec2 texel = push.first + gl_GlobalInvocationID.xy;
+        if (texel.x >= receiver.width || texel.y >= receiver.height) return;
+        vec3 found = on_curved(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width]);
+        imageStore(direct_map, ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y)), vec4(found, 0.0));
+        return;
+    }
     Receiver receiver = receivers[push.receiver];
     uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= receiver.width || texel.y >= receiver.height) return;
@@ -49,7 +80,7 @@ void main() {
     }
     if (push.has_environment != 0) {
         vec3 x = from_texels(receiver, vec2(place) + 0.5);
-        sum += direct_environment(x, n, push.triangle, ENVIRONMENT_RAYS, push.rotation);
+        sum += direct_environment(x, n, push.triangle, 0, 1, ENVIRONMENT_RAYS, push.rotation);
     }
     imageStore(direct_map, ivec2(place), vec4(sum, 0.0));
 }

@@ -15,6 +15,9 @@ layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
 layout(binding = 7) uniform sampler2D environment;
 layout(binding = 8, rgba32f) uniform image2D light_map;
+layout(std430, binding = 9) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 10) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
+layout(std430, binding = 11) readonly buffer AtlasSamples_ { AtlasSamples atlas_samples[]; };
 layout(push_constant) uniform PinholePush {
     uvec2 first;         // texel of this part of the receiver's tile
     uint receiver;
@@ -26,12 +29,14 @@ layout(push_constant) uniform PinholePush {
     float rotation;      // of the environment
     uint has_environment;
     uint trace;
+    uint is_curved;      // 1: the receiver is a mesh
 } push;
 
 #include "trace.glsl"
 #include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
+#include "samples.glsl"
 #include "footprint.glsl"
 #include "environment.glsl"
 #include "flux.glsl"
@@ -66,8 +71,9 @@ mat2 root_of(vec2 j1, vec2 j2) {
 }
 
 // Irradiance at y (normal m) by way of one patch that faces it, W/m^2: of mirrored light for ratio 0,
-// else of light that comes through from a medium of which the index is 1/ratio of that here.
-vec3 gather(Patch p, vec3 y, vec3 m, bool refracts, float ratio) {
+// else of light that comes through from a medium of which the index is 1/ratio of that here. `seen` is a
+// point of the surface next to y, which may lie a little under it.
+vec3 gather(Patch p, vec3 y, vec3 seen, vec3 m, bool refracts, float ratio) {
     vec3 n = normalize(p.normal);
     vec3 geometric = cross(p.edge1, p.edge2);
     float way = refracts ? ratio : 0.0;
@@ -124,7 +130,7 @@ vec3 gather(Patch p, vec3 y, vec3 m, bool refracts, float ratio) {
         radiance += filtered_environment(w, a, b, covariance_of(of_patch));
     }
     if (radiance == vec3(0.0)) return radiance;
-    if (push.trace != 0 && occluded(p.position, to_receiver, ALMOST, p.triangle)) return vec3(0.0);
+    if (push.trace != 0 && occluded(p.position, seen - p.position, ALMOST, p.triangle)) return vec3(0.0);
 
     // Diameter of the disc of the patch's area.
     float epsilon = push.epsilon * 4.0 * p.area / PI;
@@ -135,17 +141,41 @@ vec3 gather(Patch p, vec3 y, vec3 m, bool refracts, float ratio) {
 }
 
 void main() {
-    Receiver receiver = receivers[push.receiver];
     uvec2 texel = push.first + gl_GlobalInvocationID.xy;
-    if (texel.x >= receiver.width || texel.y >= receiver.height) return;
-    ivec2 place = ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y));
-    vec3 y = from_texels(receiver, vec2(place) + 0.5);
+    ivec2 place;
+    vec3 y, seen, m;
+    if (push.is_curved != 0) {
+        Curved receiver = curved[push.receiver];
+        if (texel.x >= receiver.width || texel.y >= receiver.height) return;
+        uint index = receiver.first_texel + texel.x + texel.y * receiver.width;
+        m = atlas_texels[index].normal;
+        if (atlas_texels[index].area == 0.0) return;
+        place = ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y));
+        y = atlas_texels[index].position;
+        // Of the points on the triangles the nearest.
+        AtlasSamples points = atlas_samples[index];
+        float best = FAR;
+        for (int i = 0; i < 4; i++) {
+            if (points.triangles[i] == NO_TRIANGLE) continue;
+            vec3 point = point_of(points, i);
+            float away = distance(point, y);
+            if (away < best) seen = point;
+            best = min(best, away);
+        }
+    } else {
+        Receiver receiver = receivers[push.receiver];
+        if (texel.x >= receiver.width || texel.y >= receiver.height) return;
+        place = ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y));
+        y = from_texels(receiver, vec2(place) + 0.5);
+        seen = y;
+        m = receiver.normal;
+    }
     vec3 sum = vec3(0.0);
     for (uint i = push.first_patch; i < push.first_patch + push.batch_patches; i++) {
         Patch p = patches[i];
         float ratio = turn_toward(p, y - p.position);
-        sum += gather(p, y, receiver.normal, false, ratio);
-        if (ratio > 0.0) sum += gather(p, y, receiver.normal, true, ratio);
+        sum += gather(p, y, seen, m, false, ratio);
+        if (ratio > 0.0) sum += gather(p, y, seen, m, true, ratio);
     }
     vec4 before = imageLoad(light_map, place);
     imageStore(light_map, place, before + vec4(sum, 0.0));

@@ -13,12 +13,15 @@ layout(std430, binding = 4) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 6) readonly buffer Reflectors { Reflector reflectors[]; };
 layout(std430, binding = 7) writeonly buffer PointSplats { PointSplat splats[]; };
+layout(std430, binding = 8) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 9) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
 layout(push_constant) uniform PointsPush {
     uint first_point;   // of this batch
     uint batch_points;
     uint points;        // of each sun, over all batches
     uint reflector_count;
-    uint receiver_count;
+    uint receiver_count; // rects
+    uint curved_count;
     uint lobes;         // 1: mirrored light; 2: and refracted light
     uint trace;
     float area;         // of all reflectors, m^2
@@ -28,6 +31,7 @@ layout(push_constant) uniform PointsPush {
 #include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
+#include "curved.glsl"
 #include "sampling.glsl"
 
 // Fractions of the integer multiples of 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1: the additive
@@ -43,13 +47,39 @@ float coordinate(uint point, int dimension) {
     return float(fraction(point, dimension) >> 8) / 16777216.0;
 }
 
+// What `flux` in W makes of a texel of the curved receiver that a ray meets first, if any.
+bool on_curved(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat) {
+    Hit hit = nearest(x, r, self, BLOCKS | IS_CURVED);
+    if (hit.triangle == NO_TRIANGLE) return false;
+    Triangle triangle = triangles[hit.triangle];
+    bool front = dot(cross(triangle.edge1, triangle.edge2), r) < 0.0;
+    if (!front || (triangle.blocks & IS_CURVED) == 0) return false;
+    Curved receiver = curved[objects[triangle.object].receiver];
+    uvec2 size = uvec2(receiver.width, receiver.height);
+    vec2 place = place_of(receiver, normals[hit.triangle], hit.barycentric);
+    uvec2 texel = min(uvec2(max(place, vec2(0.0))), size - 1);
+    uint index = texel.x + texel.y * size.x;
+    AtlasTexel own = atlas_texels[receiver.first_texel + index];
+    if (own.area == 0.0) {
+        // Off by rounding.
+        if (own.source == NO_TEXEL) return false;
+        index = own.source;
+        own = atlas_texels[receiver.first_texel + index];
+    }
+    uvec2 at = uvec2(receiver.tile_x, receiver.tile_y) + uvec2(index % size.x, index / size.x);
+    splat = PointSplat(flux / own.area, at.x | at.y << 16);
+    return true;
+}
+
 void main() {
     uint local = gl_GlobalInvocationID.x;
     if (local >= push.batch_points) return;
     uint global = push.first_point + local;
     uint point = global % push.points;
     Light light = suns[global / push.points];
-    uint targets = push.lobes * push.receiver_count;
+    // Of each way: the rects, then the nearest mesh.
+    uint ways = push.receiver_count + min(push.curved_count, 1);
+    uint targets = push.lobes * ways;
     for (uint i = 0; i < targets; i++) splats[local * targets + i].texel = NO_TEXEL;
 
     // A triangle in proportion to its area. In integers, so that the scene's size changes none.
@@ -86,12 +116,20 @@ void main() {
     vec3 arriving = light.power * (sun_weight(sun, s) * cosine * push.area / float(push.points));
     bool lit = false;
     for (uint target = 0; target < targets; target++) {
-        bool refracts = target >= push.receiver_count;
+        bool refracts = target >= ways;
         if (refracts && ratio == 0.0) return;
         vec3 r = sent(s, n, refracts ? ratio : 0.0);
         vec3 flux = arriving * (refracts ? 1.0 - share : share);
         if (!(dot(geometric, r) * (refracts ? -1.0 : 1.0) > 0.0)) continue;
-        Receiver receiver = receivers[target % push.receiver_count];
+        if (target % ways == push.receiver_count) {
+            PointSplat splat;
+            if (!on_curved(x, r, self, flux, splat)) continue;
+            if (push.trace != 0 && !lit && occluded(x, s, way_to(light, x, s), self)) return;
+            lit = true;
+            splats[local * targets + target] = splat;
+            continue;
+        }
+        Receiver receiver = receivers[target % ways];
         float along = dot(r, receiver.normal);
         float away = dot(receiver.origin - x, receiver.normal);
         if (along >= 0.0 || away >= 0.0) continue;

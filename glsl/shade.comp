@@ -15,6 +15,7 @@ layout(binding = 6) uniform sampler2D environment;
 layout(binding = 7) uniform sampler2D light_map;   // caustic irradiance
 layout(binding = 8) uniform sampler2D direct_map;  // irradiance from the environment
 layout(binding = 9, rgba32f) uniform writeonly image2D view;
+layout(std430, binding = 10) readonly buffer CurvedReceivers { Curved curved[]; };
 layout(push_constant) uniform ShadePush {
     vec3 eye;
     uint sun_count;
@@ -31,6 +32,7 @@ layout(push_constant) uniform ShadePush {
 #include "sun.glsl"
 #include "optics.glsl"
 #include "receiver.glsl"
+#include "curved.glsl"
 #include "sampling.glsl"
 #include "environment.glsl"
 #include "lighting.glsl"
@@ -48,25 +50,35 @@ const uint ENVIRONMENT_RAYS = 32;
 // rad; a smaller sun is a point, which no ray meets.
 const float SMALLEST_DISC = 1e-6;
 
-// Bilinear look-up that stays inside the receiver's tile.
-vec3 look_up(sampler2D map, Receiver receiver, vec2 texel) {
-    vec2 low = vec2(receiver.tile_x, receiver.tile_y) + 0.5;
-    vec2 high = low + vec2(receiver.width, receiver.height) - 1.0;
+// Bilinear look-up that stays inside of a receiver's tile.
+vec3 look_up(sampler2D map, vec2 tile, vec2 size, vec2 texel) {
+    vec2 low = tile + 0.5;
+    vec2 high = low + size - 1.0;
     return textureLod(map, clamp(texel, low, high) / vec2(textureSize(map, 0)), 0.0).rgb;
 }
 
-vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, uint pixel_sample) {
+vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, uint pixel_sample) {
     uint all = push.side * push.side;
     uint rays = (SUN_RAYS + all - 1) / all;
     vec3 sum = vec3(0.0);
     for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, pixel_sample, rays, all);
     if (object.receiver != NO_RECEIVER) {
-        Receiver receiver = receivers[object.receiver];
-        vec2 texel = to_texels(receiver, x);
-        sum += look_up(light_map, receiver, texel);
-        if (push.has_environment != 0) sum += look_up(direct_map, receiver, texel);
+        vec2 tile, size, texel;
+        if (object.is_curved != 0) {
+            Curved receiver = curved[object.receiver];
+            tile = vec2(receiver.tile_x, receiver.tile_y);
+            size = vec2(receiver.width, receiver.height);
+            texel = tile + place_of(receiver, normals[self], weights);
+        } else {
+            Receiver receiver = receivers[object.receiver];
+            tile = vec2(receiver.tile_x, receiver.tile_y);
+            size = vec2(receiver.width, receiver.height);
+            texel = to_texels(receiver, x);
+        }
+        sum += look_up(light_map, tile, size, texel);
+        if (push.has_environment != 0) sum += look_up(direct_map, tile, size, texel);
     } else if (push.has_environment != 0) {
-        sum += direct_environment(x, n, self, ENVIRONMENT_RAYS, push.rotation);
+        sum += direct_environment(x, n, self, 0, 1, ENVIRONMENT_RAYS, push.rotation);
     }
     return sum;
 }
@@ -123,7 +135,7 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
     int count = 0;
     for (int segment = 0; segment < MOST_SEGMENTS; segment++) {
         bool ends = true;
-        Hit hit = nearest(ray.origin, ray.direction, ray.self);
+        Hit hit = nearest(ray.origin, ray.direction, ray.self, ANY);
         vec3 lamp;
         if (meets_lamp(ray.origin, ray.direction, hit.distance, lamp)) {
             sum += ray.weight * lamp;
@@ -139,7 +151,7 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
             vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
             vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
             if (object.kind == DIFFUSE) {
-                if (front) sum += ray.weight * object.color / PI * diffuse_irradiance(object, x, n, hit.triangle, pixel_sample);
+                if (front) sum += ray.weight * object.color / PI * diffuse_irradiance(object, x, n, hit.triangle, w, pixel_sample);
             } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MOST_BOUNCES) {
                 float ratio = ratio_of(object, front);
                 if (!front) {

@@ -54,6 +54,9 @@
 //! - *shade*: the camera's view. Diffuse surfaces show direct light and the light maps, mirrors show
 //!   what they reflect.
 //!
+//! Receivers that are meshes have *project on curved* and *splat on curved* in place of project to
+//! resolve, which find the texels that a footprint reaches in space and not on a plane.
+//!
 //! The method `pinhole` replaces project to resolve by *gather*, the sum over all patches
 //! at every texel. The method `beams` replaces them by *map beams* and *draw beams*, triangles of
 //! even irradiance. The method `points` replaces them and sample by *trace points* and *splat

@@ -205,6 +205,7 @@ fn plate(y: f64, half: f64, material: usize) -> Object {
             edge_v: -2.0 * half * DVec3::Z,
         }),
         light_map: None,
+        unwrapping: None,
         blocks_light: true,
     }
 }

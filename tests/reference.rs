@@ -90,6 +90,7 @@ fn with_plate(rect: Rect, blocks_light: bool) -> f64 {
         material: scene.objects[1].material,
         geometry: Geometry::Rect(rect),
         light_map: None,
+        unwrapping: None,
         blocks_light,
     });
     solve(&scene, "floor", [32, 32], &options(0.1)).received_flux[0]

@@ -19,7 +19,7 @@ fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
     let mut frame = || {
         renderer.view(&scene.camera, [32, 18], 1).unwrap();
         let mut images = vec![bits(&renderer.read_view().unwrap())];
-        for (receiver, _, _) in scene.receivers() {
+        for (receiver, _) in scene.light_maps() {
             images.push(bits(&renderer.read_caustic(receiver).unwrap()));
         }
         images
@@ -58,6 +58,11 @@ fn points() {
 #[test]
 fn pinhole() {
     same_bits("ball.toml", "floor", Method::Pinhole, 1);
+}
+
+#[test]
+fn footprint_on_a_mesh() {
+    same_bits("globe.toml", "globe", Method::Footprint, 16_384);
 }
 
 #[test]

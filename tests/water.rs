@@ -24,6 +24,7 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
         material,
         geometry,
         light_map,
+        unwrapping: None,
         blocks_light,
     };
     let Geometry::Rect(still) = floor(1.0, 0.0) else {

@@ -14,7 +14,12 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("meshes/bumps.obj", bumps().into()),
         ("meshes/post.obj", post().into()),
         ("meshes/bowl.obj", bowl().into()),
+        ("meshes/pot.obj", pot().into()),
+        ("meshes/cup.obj", cup().into()),
+        ("meshes/cup.mtl", CUP_MTL.into()),
         ("environments/constant.hdr", constant_environment()),
+        ("environments/studio.hdr", studio()),
+        ("environments/sunny.hdr", sunny()),
     ]
 }
 
@@ -229,11 +234,154 @@ fn bowl() -> String {
     obj.text
 }
 
-/// Radiance 1 W/m²/sr from everywhere; 32 × 16 pixels of Radiance RGBE.
+/// Pot of sheet metal on y = 0 around the y axis, 0.13 m high: upright at the foot and opening toward the
+/// lip, so that its outside is hollow from bottom to top and gathers light around the foot.
+fn pot() -> String {
+    const SEGMENTS: usize = 64;
+    const OUTSIDE: [DVec2; 4] = [
+        DVec2::new(0.055, 0.0),
+        DVec2::new(0.055, 0.06),
+        DVec2::new(0.057, 0.09),
+        DVec2::new(0.085, 0.13),
+    ];
+    const THICKNESS: DVec2 = DVec2::new(0.002, 0.0);
+    let inside = OUTSIDE.map(|point| point - THICKNESS);
+    let bottom = DVec2::new(0.0, 0.002);
+    let mut obj = Obj::new("pot: 0.11 m wide at the foot, 0.17 m at the lip, 0.13 m high");
+    obj.lathe(OUTSIDE, [SEGMENTS, 20]);
+    obj.lathe(line(OUTSIDE[3], inside[3]), [SEGMENTS, 1]);
+    obj.lathe(reversed(inside), [SEGMENTS / 2, 8]);
+    obj.lathe(line(inside[0] + bottom, bottom), [SEGMENTS / 2, 1]);
+    obj.text
+}
+
+const CUP_MTL: &str = "\
+# of cup.obj; made by examples/generate_assets
+newmtl steel
+Ks 0.78 0.76 0.72
+illum 3
+newmtl enamel
+Kd 0.82 0.81 0.78
+";
+
+/// Enamelled cup with a steel lining, on y = 0 around the y axis, 0.078 m high. The lining is a cylinder
+/// of radius 0.036 from y = 0.05 up. Between it and the outside there is room for the corners of a
+/// square around the lining at y = 0.057.
+fn cup() -> String {
+    const SEGMENTS: usize = 96;
+    const LINING: f64 = 0.036;
+    const RIM: [f64; 2] = [0.0385, 0.078];
+    let rim = DVec2::from(RIM);
+    let lip = DVec2::new(LINING, 0.0765);
+    let mut obj = Obj::new("cup: 0.115 m wide, 0.078 m high, lining of radius 0.036 m");
+    obj.text += "mtllib cup.mtl\nusemtl steel\n";
+    obj.lathe(line(lip, DVec2::new(LINING, 0.05)), [3 * SEGMENTS / 2, 6]);
+    obj.text += "usemtl enamel\n";
+    let belly = [(0.030, 0.0), (0.068, 0.008), (0.062, 0.066)].map(DVec2::from);
+    obj.lathe([belly[0], belly[1], belly[2], rim], [SEGMENTS, 18]);
+    // From the slope of the outside over the top down into the lining.
+    let over = rim + 0.06 * (rim - belly[2]);
+    obj.lathe([rim, over, DVec2::new(LINING, 0.0795), lip], [SEGMENTS, 4]);
+    // The handle: a tube along an arc.
+    const TUBE: f64 = 0.0045;
+    let middle = DVec3::new(0.052, 0.041, 0.0);
+    obj.grid([12, 20], |i, j| {
+        let along = DVec2::from_angle(PI * (j as f64 / 20.0 - 0.5)) * DVec2::new(0.026, 0.022);
+        // Outward from the arc, an ellipse.
+        let out = DVec2::new(along.x / 0.026 * 0.022, along.y / 0.022 * 0.026).normalize();
+        let (sine, cosine) = (TAU * i as f64 / 12.0).sin_cos();
+        let normal = (cosine * out).extend(-sine);
+        (middle + along.extend(0.0) + TUBE * normal, normal)
+    });
+    obj.text
+}
+
+/// A straight line as a Bézier curve.
+fn line(from: DVec2, to: DVec2) -> [DVec2; 4] {
+    [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|t| from.lerp(to, t))
+}
+
+fn reversed([a, b, c, d]: [DVec2; 4]) -> [DVec2; 4] {
+    [d, c, b, a]
+}
+
+/// Radiance 1 W/m²/sr from everywhere.
 fn constant_environment() -> Vec<u8> {
+    equirectangular(16, |_, _| DVec3::ONE)
+}
+
+/// A room: grey walls, a brighter ceiling, a dark floor, and two windows of other colours.
+fn studio() -> Vec<u8> {
+    const WALL: DVec3 = DVec3::new(0.30, 0.29, 0.27);
+    const CEILING: DVec3 = DVec3::new(0.55, 0.54, 0.52);
+    const FLOOR: DVec3 = DVec3::new(0.10, 0.08, 0.06);
+    // Azimuths and elevations, degrees, and radiance.
+    const WINDOWS: [([f64; 2], [f64; 2], DVec3); 2] = [
+        ([255.0, 280.0], [18.0, 52.0], DVec3::new(24.0, 28.0, 34.0)),
+        ([335.0, 355.0], [20.0, 50.0], DVec3::new(30.0, 25.0, 18.0)),
+    ];
+    equirectangular(512, |azimuth, elevation| {
+        let within = |[low, high]: [f64; 2], x: f64| (low..high).contains(&x.to_degrees());
+        let window = (WINDOWS.iter())
+            .find(|(across, up, _)| within(*across, azimuth) && within(*up, elevation));
+        match window {
+            Some((_, _, radiance)) => *radiance,
+            None if elevation.to_degrees() > 60.0 => CEILING,
+            None if elevation < 0.0 => FLOOR,
+            None => WALL,
+        }
+    })
+}
+
+/// A clear sky over dark ground, and the sun in it: a disc of angular radius 0.2665° that gives
+/// 1 W/m² on a plane that faces it, as much as the sky gives on the ground.
+fn sunny() -> Vec<u8> {
+    const RADIUS: f64 = 0.2665;
+    const SKY: DVec3 = DVec3::new(0.20, 0.32, 0.50);
+    const GROUND: DVec3 = DVec3::new(0.05, 0.045, 0.04);
+    let toward = DVec3::new(-0.7, 0.55, 0.4).normalize();
+    let sine = RADIUS.to_radians().sin();
+    let sun = DVec3::new(1.0, 0.93, 0.82) / (PI * sine * sine);
+    equirectangular(1024, |azimuth, elevation| {
+        let level = elevation.cos();
+        let direction = DVec3::new(
+            level * azimuth.sin(),
+            elevation.sin(),
+            -level * azimuth.cos(),
+        );
+        if direction.cross(toward).length() < sine && direction.dot(toward) > 0.0 {
+            sun
+        } else if elevation < 0.0 {
+            GROUND
+        } else {
+            // Brighter toward the horizon.
+            SKY * (1.0 + (1.0 - elevation.sin()).powi(3))
+        }
+    })
+}
+
+/// Radiance by azimuth (0 to 2π) and elevation, rad, as an image of Radiance RGBE, `height` pixels
+/// high and twice as wide; pixels are averages over their points.
+fn equirectangular(height: u32, radiance: impl Fn(f64, f64) -> DVec3) -> Vec<u8> {
+    /// Points of a pixel on a side.
+    const POINTS: u32 = 8;
+    let width = 2 * height;
+    let step = PI / f64::from(height * POINTS);
+    let pixel = |i: u32| {
+        let (column, row) = (i % width, i / width);
+        let mut sum = DVec3::ZERO;
+        for point in 0..POINTS * POINTS {
+            let x = column * POINTS + point % POINTS;
+            let y = row * POINTS + point / POINTS;
+            let at = |place: u32| (f64::from(place) + 0.5) * step;
+            sum += radiance(at(x), FRAC_PI_2 - at(y));
+        }
+        image::Rgb((sum / f64::from(POINTS * POINTS)).as_vec3().to_array())
+    };
+    let pixels: Vec<_> = (0..width * height).map(pixel).collect();
     let mut content = Vec::new();
     image::codecs::hdr::HdrEncoder::new(&mut content)
-        .encode(&[image::Rgb([1.0; 3]); 32 * 16], 32, 16)
+        .encode(&pixels, width as usize, height as usize)
         .expect("memory takes any image");
     content
 }
@@ -297,9 +445,26 @@ impl Obj {
                     let (position, normal) = point(i, j);
                     self.corner(position, normal)
                 });
+                // On an axis two corners are one.
+                let mut corners = corners.to_vec();
+                corners.dedup();
                 self.face(&corners);
             }
         }
+    }
+
+    /// Surface that a cubic Bézier curve of (radius, height) sweeps about the y axis, `cells` around and
+    /// along the curve. The front is to the right of the curve, the radius to the right and up up.
+    fn lathe(&mut self, [a, b, c, d]: [DVec2; 4], cells: [usize; 2]) {
+        self.grid(cells, |i, j| {
+            let t = j as f64 / cells[1] as f64;
+            let (ab, bc, cd) = (a.lerp(b, t), b.lerp(c, t), c.lerp(d, t));
+            let (abc, bcd) = (ab.lerp(bc, t), bc.lerp(cd, t));
+            let (at, normal) = (abc.lerp(bcd, t), -(bcd - abc).perp().normalize());
+            let out = around(-TAU * (i % cells[0]) as f64 / cells[0] as f64);
+            let place = |p: DVec2| p.x * out + p.y * DVec3::Y;
+            (place(at), place(normal))
+        });
     }
 
     /// Quads of a grid of `cells`² over the square [−1, 1]², which `point` → (position, normal) takes to

@@ -8,16 +8,20 @@ struct Triangle {
     vec3 position;   // first corner
     uint object;
     vec3 edge1;      // second corner - first
-    uint blocks;     // 1: casts shadows
+    uint blocks;     // BLOCKS: casts shadows; IS_CURVED: of a curved receiver
     vec3 edge2;      // third corner - first
     uint twin;       // of a rect: index of its other triangle; of a mesh: of this one
 };
 
-// Unit vertex normals of the triangle of the same index.
+const uint BLOCKS = 1;
+const uint IS_CURVED = 2;
+
+// Unit vertex normals of the triangle of the same index, and where its corners are on the light map
+// of a curved receiver: (u, v) as unorm 2 x 16.
 struct Normals {
-    vec3 n0; float unused0;
-    vec3 n1; float unused1;
-    vec3 n2; float unused2;
+    vec3 n0; uint uv0;
+    vec3 n1; uint uv1;
+    vec3 n2; uint uv2;
 };
 
 // The scene's bounds: a position is (x - lower) * scale steps from their corner.
@@ -49,7 +53,7 @@ struct Object {
     vec3 index;      // of refraction of a conductor; of a dielectric behind its front over before it
     int receiver;    // index, or NO_RECEIVER
     vec3 extinction; // of a conductor
-    uint unused;
+    uint is_curved;  // 1: the index is that of a Curved, 0: of a Receiver
 };
 
 // A sun or a lamp; sun.glsl has what it is at a point.
@@ -70,6 +74,49 @@ struct Receiver {
     uint width;      // texels
     vec3 normal;     // unit
     uint height;     // texels
+};
+
+// A mesh with a light map: the tile of the atlas from (tile_x, tile_y) on, v upward. Its texels and
+// samples are stored row by row from `first_texel` on. Its nodes are a quadtree over blocks of
+// LEAF x LEAF texels, from `first_node` on, level by level: 2^levels leaves a side, then half as many,
+// down to one.
+struct Curved {
+    uint tile_x;
+    uint tile_y;
+    uint width;      // texels
+    uint height;
+    uint first_texel;
+    uint first_node;
+    uint levels;
+    uint unused;
+};
+const uint LEAF = 8;
+
+// What of a curved receiver lies in a texel. Texels around a chart continue it: area 0.
+struct AtlasTexel {
+    vec3 position;   // centroid
+    float area;      // m^2
+    vec3 normal;     // mean of the triangles' over the area, so not longer than 1; 0: nothing
+    uint source;     // of a texel around a chart: the nearest one in it, from first_texel on, or NO_TEXEL
+};
+
+// Points of a texel's four quarters on the triangles in them: weights of the second and third
+// corner as unorm 2 x 16. NO_TRIANGLE where there is none.
+struct AtlasSamples {
+    uvec4 triangles;
+    uvec4 weights;
+};
+
+// A square of texels of a curved receiver.
+struct AtlasNode {
+    vec3 centre;     // of a sphere around the texels' centroids
+    float radius;    // < 0: no texel
+    vec3 diagonal;   // of the texels' mean covariance: xx, yy, zz
+    float widest;    // the largest trace of a texel's covariance, m^2
+    vec3 beside;     // xy, xz, yz
+    float sine;      // of the angle of a cone around all normals; 2 from 90 degrees on
+    vec3 axis;       // of the cone
+    float unused;
 };
 
 // A mirror's triangle and how many patches are made of it: subdivision^2.
@@ -110,6 +157,28 @@ struct Footprint {
     float unused3;
     vec2 lower;      // corners of what it covers in the atlas
     vec2 upper;
+};
+
+// The image of a light in a patch on a node of a curved receiver. With q the way from `centre` to a
+// texel's centroid and d = (u . q, v . q) in texels, irradiance
+// peak * kernel_value(flatness, d^T conic d) * max(-along . normal, 0) unless blocked.
+struct Spot {
+    vec3 centre;
+    float flatness;  // of the kernel
+    vec3 u;          // across the ray, 1/m
+    float before;    // from the patch to the centre, m
+    vec3 v;
+    uint low;        // corners of what it covers in the atlas: x | y << 16
+    vec3 along;      // unit, the way of the light
+    uint high;
+    vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
+    float tolerance; // m
+    vec3 peak;       // W/m^2
+    int base;        // texel (x, y) of the atlas is number base + x + y stride
+    vec3 hit;        // what the ray meets first, if anything
+    int stride;
+    vec3 front;      // unit normal there, toward the light; 0: nothing
+    float unused;
 };
 
 // A patch's light on a receiver: a triangle of even irradiance.

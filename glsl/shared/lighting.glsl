@@ -20,12 +20,13 @@ vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uin
     return light.power * lit;
 }
 
-// Irradiance from the environment by `samples` cosine-weighted rays.
-vec3 direct_environment(vec3 x, vec3 n, uint self, uint samples, float rotation) {
+// Irradiance from the environment by number `part` of `parts` that `samples` cosine-weighted rays are
+// dealt out to.
+vec3 direct_environment(vec3 x, vec3 n, uint self, uint part, uint parts, uint samples, float rotation) {
     vec3 a, b;
     basis(n, a, b);
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < samples; i++) {
+    for (uint i = part; i < samples; i += parts) {
         vec2 p = disc_point(i, samples);
         float cosine = sqrt(max(1.0 - dot(p, p), 0.0));
         vec3 direction = p.x * a + p.y * b + cosine * n;
@@ -34,5 +35,5 @@ vec3 direct_environment(vec3 x, vec3 n, uint self, uint samples, float rotation)
         float level = environment_level(sqrt(PI / (float(samples) * max(cosine, 0.1))));
         sum += environment_radiance(direction, rotation, level);
     }
-    return sum * (PI / float(samples));
+    return sum * (PI * float(parts) / float(samples));
 }

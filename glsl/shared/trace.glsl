@@ -80,16 +80,18 @@ bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
             float t;
             vec2 uv;
             Triangle triangle = triangles[i];
-            bool counts = i != self && i != twin && triangle.blocks != 0;
+            bool counts = i != self && i != twin && (triangle.blocks & BLOCKS) != 0;
             if (counts && intersect(triangle, origin, direction, limit, t, uv)) return true;
         }
         link = stack[--top];
     }
 }
 
-// The nearest surface along a ray, not counting the flat surface of the triangle `self`. The same
-// walk, nearer children first.
-Hit nearest(vec3 origin, vec3 direction, uint self) {
+const uint ANY = ~0u;
+
+// The nearest surface along a ray of those that have one of `bits` in Triangle.blocks, or ANY, not
+// counting the flat surface of the triangle `self`. The same walk, nearer children first.
+Hit nearest(vec3 origin, vec3 direction, uint self, uint bits) {
     Hit hit = Hit(FAR, NO_TRIANGLE, vec2(0.0));
     uint twin = twin_of(self);
     vec3 start = (origin - grid.lower) * grid.scale;
@@ -114,7 +116,8 @@ Hit nearest(vec3 origin, vec3 direction, uint self) {
         for (uint i = first; i < end; i++) {
             float t;
             vec2 uv;
-            if (i != self && i != twin && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
+            bool counts = i != self && i != twin && (bits == ANY || (triangles[i].blocks & bits) != 0);
+            if (counts && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
                 hit = Hit(t, i, uv);
             }
         }

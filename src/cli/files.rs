@@ -46,15 +46,13 @@ impl Files {
 impl MapFiles {
     /// Index and texels of the receiver asked for, or of the only one.
     pub fn find_receiver(&self, scene: &Scene) -> Result<(usize, [u32; 2])> {
-        let receivers: Vec<(usize, [u32; 2])> = (scene.receivers())
-            .map(|(index, _, texels)| (index, texels))
-            .collect();
+        let receivers = scene.light_maps();
         let names: Vec<&str> = (receivers.iter())
             .map(|&(index, _)| scene.objects[index].name.as_str())
             .collect();
         let usage = |reason: String| {
             let remedy = match names.as_slice() {
-                [] => "give a diffuse rect of the scene a `lightmap = [256, 256]`".into(),
+                [] => "give a diffuse rect or mesh of the scene a `lightmap = [256, 256]`".into(),
                 names => format!("choose one with --receiver: {}", names.join(", ")),
             };
             Err(Error::Usage { reason, remedy })

@@ -29,6 +29,10 @@ impl Access {
         vk::PipelineStageFlags2::VERTEX_SHADER,
         vk::AccessFlags2::SHADER_READ,
     );
+    pub const FRAGMENT_READ: Self = Self(
+        vk::PipelineStageFlags2::FRAGMENT_SHADER,
+        vk::AccessFlags2::SHADER_READ,
+    );
     pub const INDEX_READ: Self = Self(
         vk::PipelineStageFlags2::INDEX_INPUT,
         vk::AccessFlags2::INDEX_READ,

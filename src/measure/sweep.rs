@@ -66,7 +66,7 @@ impl Plan {
             most_patches: 1 << 20,
             most_points: 1 << 22,
             most_pinhole_patches: 4096,
-            seconds: 0.2,
+            seconds: 0.15,
             reference_error: 0.015,
         }
     }

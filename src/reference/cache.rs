@@ -8,7 +8,9 @@
 use super::{Map, Options, Progress, Reference, VERSION, caustic};
 use crate::error::Result;
 use crate::image_file::write_atomically;
-use crate::scene::{Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene};
+use crate::scene::{
+    Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Unwrapping,
+};
 use blake3::{Hash, Hasher};
 use glam::DVec3;
 use std::io::ErrorKind;
@@ -35,7 +37,10 @@ pub fn cached_caustic(
         let key = key(scene, receiver, texels, options);
         Entry::new(&cache.join("nephroid/references"), key)
     });
-    let is_receiver = scene.receivers().any(|(index, ..)| index == receiver);
+    let is_receiver = scene
+        .light_maps()
+        .iter()
+        .any(|(index, _)| *index == receiver);
     if let Some(entry) = entry.as_ref().filter(|_| is_receiver) {
         match entry.read(texels) {
             Ok(Some(reference)) => return Ok(reference),
@@ -144,13 +149,14 @@ fn key(scene: &Scene, receiver: usize, texels: [u32; 2], options: &Options) -> H
     } = scene;
     feed.number(lights.len() as u64);
     lights.iter().for_each(|light| feed.light(light));
-    for object in objects {
+    for (index, object) in objects.iter().enumerate() {
         let Object {
             material,
             geometry,
             blocks_light,
             name: _,
             light_map: _,
+            unwrapping,
         } = object;
         feed.number((*blocks_light).into());
         match &materials[*material].kind {
@@ -169,6 +175,15 @@ fn key(scene: &Scene, receiver: usize, texels: [u32; 2], options: &Options) -> H
             }
         }
         feed.geometry(geometry);
+        // What a receiver's light map is laid out from.
+        if let Some(unwrapping) = unwrapping.as_ref().filter(|_| index == receiver) {
+            let Unwrapping { rest, own } = unwrapping.as_ref();
+            feed.geometry(&Geometry::Mesh(rest.clone()));
+            feed.number(own.len() as u64);
+            for uv in own.as_flattened() {
+                feed.values(&uv.to_array());
+            }
+        }
     }
     feed.0.finalize()
 }

@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::reference::Problem;
 use crate::reference::lights::{Emitter, Environment};
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
+use crate::reference::receiver::ReceiverPoint;
 use crate::reference::rounds::{Estimate, Moments, REPLICATES};
 use crate::reference::sequence::{sobol_4d, split_mix};
 use glam::DVec3;
@@ -158,6 +159,9 @@ impl<'a> Gathering<'a> {
         let y = self.problem.receiver.point(texel, 0.5, 0.5);
         let mut weights: Vec<f64> = (self.patches.iter())
             .map(|patch| {
+                let Some(y) = &y else {
+                    return 0.0;
+                };
                 let middle = &patch.triangles[patch.triangles.len() / 2];
                 // u = 4/9, v = 1/2 is the centroid.
                 let paths = self
@@ -182,13 +186,15 @@ impl<'a> Gathering<'a> {
 
     /// The gathered share of L F V cosθ_x cosθ_y / d² over the density of x, W/m².
     fn pair(&self, texel: usize, choice: &Distribution, [u0, u1, u2, u3]: [f64; 4]) -> DVec3 {
-        let y = self.problem.receiver.point(texel, u0, u1);
+        let Some(y) = self.problem.receiver.point(texel, u0, u1) else {
+            return DVec3::ZERO;
+        };
         let (patch, u2) = choice.pick(u2);
         let probability = choice.probability(patch);
         let patch = &self.patches[patch];
         let (triangle, u2) = patch.by_area.pick(u2);
         let triangle = &patch.triangles[triangle];
-        let paths = self.transport(y, triangle, u2, u3).into_iter().flatten();
+        let paths = self.transport(&y, triangle, u2, u3).into_iter().flatten();
         let irradiance: DVec3 = paths
             .filter(|light| {
                 let blocked = |direction, length| {
@@ -198,27 +204,24 @@ impl<'a> Gathering<'a> {
             })
             .map(|light| light.irradiance)
             .sum();
-        irradiance * patch.by_area.total() / probability
+        y.weight * irradiance * patch.by_area.total() / probability
     }
 
     /// Light by reflection and by refraction at a point of a mirror to `y`, if nothing blocks it.
     /// It comes from where light from `y` would go.
     fn transport(
         &self,
-        y: DVec3,
+        y: &ReceiverPoint,
         triangle: &MirrorTriangle,
         u: f64,
         v: f64,
     ) -> [Option<Transport>; 2] {
         let x = triangle.point(u, v);
-        let to_receiver = y - x.position;
+        let to_receiver = y.position - x.position;
         let distance_squared = to_receiver.length_squared();
         let distance = distance_squared.sqrt();
         let out = to_receiver / distance;
-        let (cosine_x, cosine_y) = (
-            x.normal.dot(out).abs(),
-            -self.problem.receiver.normal().dot(out),
-        );
+        let (cosine_x, cosine_y) = (x.normal.dot(out).abs(), -y.normal.dot(out));
         if cosine_y <= 0.0 {
             return [None, None];
         }

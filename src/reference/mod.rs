@@ -13,6 +13,8 @@
 //!   It reflects nothing where the light or the reflected ray is behind the flat triangle.
 //! - A mirror's back absorbs; a receiver counts what arrives on its front. A transparent surface
 //!   reflects and refracts on both sides (`mirrors.rs`).
+//! - The light map of a mesh holds the flux on what lies in each texel, over the area of that. Which
+//!   that is, is the scene's (`scene/atlas.rs`).
 //! - Every triangle of an object that blocks light blocks both legs, from both sides; a mirror's
 //!   own other triangles too. So a coarse concave mirror with smooth normals loses what leaves
 //!   it at a grazing angle into the neighbouring facet.
@@ -38,11 +40,11 @@ mod trace;
 mod visibility;
 
 use crate::error::{Error, Result};
-use crate::scene::{Scene, light_map_side};
+use crate::scene::{Atlas, Geometry, NoLayout, Scene, light_map_side};
 use glam::DVec3;
 use lights::Emitter;
 use mirrors::MirrorTriangle;
-use receiver::Receiver;
+use receiver::{CurvedReceiver, FlatReceiver, Receiver};
 use std::sync::atomic::{AtomicBool, Ordering};
 use visibility::Blockers;
 
@@ -137,14 +139,8 @@ pub fn caustic(
     cancel: &AtomicBool,
 ) -> Result<Reference> {
     check(texels, options)?;
-    let rect = (scene.receivers())
-        .find_map(|(index, rect, _)| (index == receiver).then_some(*rect))
-        .ok_or_else(|| Error::Usage {
-            reason: format!("object {receiver} of the scene is not a receiver"),
-            remedy: "choose a rect with a light map".into(),
-        })?;
     let problem = Problem {
-        receiver: Receiver::new(rect, texels),
+        receiver: receiver_of(scene, receiver, texels)?,
         mirrors: mirrors::mirror_triangles(scene),
         emitters: scene.lights.iter().filter_map(Emitter::new).collect(),
         blockers: Blockers::new(&mirrors::triangles_that_block(scene)),
@@ -152,21 +148,38 @@ pub fn caustic(
     };
     let solution = rounds::solve(&problem, options, progress)?;
     let [width, height] = texels;
-    let texel_area = problem.receiver.texel_area();
-    let total = solution
-        .irradiance
-        .iter()
-        .fold(DVec3::ZERO, |sum, &e| sum + DVec3::from(e));
+    let received = (solution.irradiance.iter().enumerate())
+        .map(|(texel, &e)| problem.receiver.texel_area(texel) * DVec3::from(e))
+        .sum::<DVec3>();
     Ok(Reference {
         width,
         height,
-        received_flux: (total * texel_area).to_array(),
+        received_flux: received.to_array(),
         irradiance: solution.irradiance,
         standard_error: solution.standard_error,
         relative_error: solution.relative_error,
         samples: solution.samples,
         from_cache: false,
     })
+}
+
+fn receiver_of(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Result<Receiver> {
+    let not_one = || Error::Usage {
+        reason: format!("object {receiver} of the scene is not a receiver"),
+        remedy: "choose a rect or a mesh with a light map".into(),
+    };
+    let object = (scene.objects.get(receiver))
+        .filter(|object| object.light_map.is_some())
+        .ok_or_else(not_one)?;
+    match &object.geometry {
+        Geometry::Rect(rect) => Ok(Receiver::Flat(FlatReceiver::new(*rect, texels))),
+        Geometry::Mesh(mesh) => {
+            let (atlas, _) = Atlas::of(object, texels).map_err(NoLayout::into_error)?;
+            let curved = CurvedReceiver::new(mesh, atlas).ok_or_else(not_one)?;
+            Ok(Receiver::Curved(curved))
+        }
+        Geometry::Waves(_) => Err(not_one()),
+    }
 }
 
 fn check(texels: [u32; 2], options: &Options) -> Result<()> {

@@ -1,11 +1,145 @@
-//! The rectangle that collects light, and its texels.
+//! The surface that collects light, and its texels.
 
+use super::visibility::Blockers;
 use crate::reference::Map;
-use crate::scene::Rect;
-use glam::DVec3;
+use crate::scene::{Atlas, Mesh, Rect};
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
-/// A rect with a light map: last row at v = 0, column 0 at u = 0.
-pub struct Receiver {
+/// Something with a light map: last row at v = 0, column 0 at u = 0.
+pub enum Receiver {
+    Flat(FlatReceiver),
+    Curved(CurvedReceiver),
+}
+
+/// A point of a receiver.
+pub struct ReceiverPoint {
+    /// m
+    pub position: DVec3,
+    /// Unit, on the side that receives light.
+    pub normal: DVec3,
+    /// Area for which a point drawn evenly in the texel's square stands, over that of the texel.
+    pub weight: f64,
+}
+
+impl Receiver {
+    /// m²
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Flat(flat) => flat.rect.area(),
+            Self::Curved(curved) => curved.area,
+        }
+    }
+
+    /// Width and height, texels.
+    pub fn size(&self) -> [u32; 2] {
+        match self {
+            Self::Flat(flat) => flat.size,
+            Self::Curved(curved) => curved.atlas.size(),
+        }
+    }
+
+    pub fn texels(&self) -> usize {
+        let [width, height] = self.size();
+        width as usize * height as usize
+    }
+
+    /// Of what lies in the texel, m².
+    pub fn texel_area(&self, texel: usize) -> f64 {
+        match self {
+            Self::Flat(flat) => flat.rect.area() / self.texels() as f64,
+            Self::Curved(curved) => curved.areas[texel],
+        }
+    }
+
+    pub fn empty_map(&self) -> Map {
+        vec![[0.0; 3]; self.texels()]
+    }
+
+    /// Calls `meets` with every texel whose front the ray meets, and the distance to it in m.
+    #[inline]
+    pub fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64)) {
+        match self {
+            Self::Flat(flat) => {
+                if let Some((texel, distance)) = flat.hit(origin, direction) {
+                    meets(texel, distance);
+                }
+            }
+            Self::Curved(curved) => curved.hits(origin, direction, meets),
+        }
+    }
+
+    /// The point at (s, t) in [0, 1)² of a texel, if something lies there.
+    pub fn point(&self, texel: usize, s: f64, t: f64) -> Option<ReceiverPoint> {
+        match self {
+            Self::Flat(flat) => Some(ReceiverPoint {
+                position: flat.point(texel, s, t),
+                normal: flat.normal,
+                weight: 1.0,
+            }),
+            Self::Curved(curved) => curved.point(texel, s, t),
+        }
+    }
+}
+
+/// A mesh with a light map.
+pub struct CurvedReceiver {
+    mesh: Arc<Mesh>,
+    atlas: Atlas,
+    triangles: Blockers,
+    /// Of the texels, m².
+    areas: Vec<f64>,
+    /// Their sum, m².
+    area: f64,
+}
+
+impl CurvedReceiver {
+    /// `None` for a mesh without triangles.
+    pub fn new(mesh: &Arc<Mesh>, atlas: Atlas) -> Option<Self> {
+        let corners: Vec<_> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
+        let areas: Vec<f64> = atlas.texels(mesh).iter().map(|texel| texel.area).collect();
+        Some(Self {
+            area: areas.iter().sum(),
+            areas,
+            triangles: Blockers::new(&corners)?,
+            mesh: mesh.clone(),
+            atlas,
+        })
+    }
+
+    fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64)) {
+        for (triangle, distance, weights) in self.triangles.all_along(origin, direction) {
+            let faces = self.mesh.vector_area(triangle as usize).dot(direction) < 0.0;
+            if let Some(texel) = self.atlas.texel_at(triangle, weights).filter(|_| faces) {
+                meets(texel, distance);
+            }
+        }
+    }
+
+    fn point(&self, texel: usize, s: f64, t: f64) -> Option<ReceiverPoint> {
+        let width = self.atlas.size()[0] as usize;
+        let corner = DVec2::new((texel % width) as f64, (texel / width) as f64);
+        // Both from the texel's lower left corner, as on a rect.
+        let place = corner + DVec2::new(s, 1.0 - t);
+        (self.atlas.pieces(texel).iter()).find_map(|piece| {
+            let weights = self.atlas.weights_at(piece.triangle, place);
+            if weights.min_element() < 0.0 || weights.element_sum() > 1.0 {
+                return None;
+            }
+            let triangle = piece.triangle as usize;
+            let vector_area = self.mesh.vector_area(triangle);
+            let area = vector_area.length();
+            Some(ReceiverPoint {
+                position: self.mesh.point(triangle, weights),
+                normal: vector_area / area,
+                weight: area / self.atlas.texels_of(piece.triangle) / self.areas[texel],
+            })
+        })
+    }
+}
+
+/// A rect with a light map.
+pub struct FlatReceiver {
     rect: Rect,
     normal: DVec3,
     /// edge/|edge|², so that a dot product gives u or v.
@@ -13,7 +147,7 @@ pub struct Receiver {
     size: [u32; 2],
 }
 
-impl Receiver {
+impl FlatReceiver {
     pub fn new(rect: Rect, size: [u32; 2]) -> Self {
         Self {
             rect,
@@ -23,37 +157,9 @@ impl Receiver {
         }
     }
 
-    /// Unit normal of the side that receives light.
-    pub fn normal(&self) -> DVec3 {
-        self.normal
-    }
-
-    /// m²
-    pub fn area(&self) -> f64 {
-        self.rect.area()
-    }
-
-    /// Width and height, texels.
-    pub fn size(&self) -> [u32; 2] {
-        self.size
-    }
-
-    pub fn texels(&self) -> usize {
-        self.size[0] as usize * self.size[1] as usize
-    }
-
-    /// m²
-    pub fn texel_area(&self) -> f64 {
-        self.area() / self.texels() as f64
-    }
-
-    pub fn empty_map(&self) -> Map {
-        vec![[0.0; 3]; self.texels()]
-    }
-
     /// The texel whose front the ray meets, and the distance to it in m.
     #[inline]
-    pub fn hit(&self, origin: DVec3, direction: DVec3) -> Option<(usize, f64)> {
+    fn hit(&self, origin: DVec3, direction: DVec3) -> Option<(usize, f64)> {
         let approach = self.normal.dot(direction);
         if approach >= 0.0 {
             return None;
@@ -76,7 +182,7 @@ impl Receiver {
     }
 
     /// The point at (s, t) in [0, 1)² of a texel.
-    pub fn point(&self, texel: usize, s: f64, t: f64) -> DVec3 {
+    fn point(&self, texel: usize, s: f64, t: f64) -> DVec3 {
         let [width, height] = self.size.map(|n| n as usize);
         let (column, row_up) = (texel % width, height - 1 - texel / width);
         let u = (column as f64 + s) / width as f64;
@@ -96,7 +202,7 @@ mod tests {
             edge_u: DVec3::new(2.0, 0.0, 0.0),
             edge_v: DVec3::new(0.0, 0.0, -3.0),
         };
-        let receiver = Receiver::new(rect, [4, 3]);
+        let receiver = FlatReceiver::new(rect, [4, 3]);
         for texel in 0..12 {
             let point = receiver.point(texel, 0.3, 0.8);
             let direction = DVec3::new(0.1, -1.0, 0.2).normalize();

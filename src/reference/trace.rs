@@ -111,14 +111,20 @@ impl<'a> LightTracing<'a> {
         let mut map = receiver.empty_map();
         for (source, strata) in self.sequences(sequences) {
             let rays = f64::from(strata) * f64::from(SEQUENCE_LENGTH);
-            let scale = 1.0 / (rays * receiver.texel_area());
             for stratum in 0..strata {
                 self.problem.check_cancelled()?;
                 // Every sequence covers its own part of the mirrors.
-                self.sequence(source, seed, &mut map, scale, |u| {
+                self.sequence(source, seed, &mut map, 1.0 / rays, |u| {
                     (f64::from(stratum) + u) / f64::from(strata)
                 });
                 seed = seed.wrapping_add(1);
+            }
+        }
+        // From flux to irradiance.
+        for (texel, value) in map.iter_mut().enumerate() {
+            let area = receiver.texel_area(texel);
+            if area > 0.0 {
+                *value = value.map(|flux| flux / area);
             }
         }
         Ok(map)
@@ -136,24 +142,25 @@ impl<'a> LightTracing<'a> {
             let [u0, u1, u2, u3] = sobol_4d(index, seed);
             let (chosen, u0) = source.triangles.pick(stratify(u0));
             let triangle = &self.problem.mirrors[chosen];
-            let landed = self.rays_of(source.emitter, triangle, [u0, u1, u2, u3]);
-            for (texel, flux) in landed.into_iter().flatten() {
-                let irradiance = scale / source.triangles.probability(chosen) * flux;
+            let scale = scale / source.triangles.probability(chosen);
+            self.rays_of(source.emitter, triangle, [u0, u1, u2, u3], |texel, flux| {
                 let texel = &mut map[texel];
-                texel[0] += irradiance.x;
-                texel[1] += irradiance.y;
-                texel[2] += irradiance.z;
-            }
+                texel[0] += scale * flux.x;
+                texel[1] += scale * flux.y;
+                texel[2] += scale * flux.z;
+            });
         }
     }
 
-    /// Texels that the reflected and the refracted ray land in and their flux, W, given the triangle.
+    /// Calls `lands` with the texels that the reflected and the refracted ray land in and their flux, W,
+    /// given the triangle.
     fn rays_of(
         &self,
         emitter: &Emitter,
         triangle: &MirrorTriangle,
         [u0, u1, u2, u3]: [f64; 4],
-    ) -> [Option<(usize, DVec3)>; 2] {
+        mut lands: impl FnMut(usize, DVec3),
+    ) {
         let point = triangle.point(u0, u1);
         let light = emitter.draw(point.position, u2, u3);
         let cosine = point.normal.dot(light.direction).abs();
@@ -162,18 +169,17 @@ impl<'a> LightTracing<'a> {
         };
         let leaving =
             (triangle.surface).leaving(light.direction, point.normal, triangle.geometric_normal);
-        leaving.map(|leaving| {
-            let leaving = leaving?;
-            let (texel, distance) = self
-                .problem
-                .receiver
-                .hit(point.position, leaving.direction)?;
-            if blocked(leaving.direction, distance) || blocked(light.direction, light.distance) {
-                return None;
-            }
-            let traced = 1.0 - gathered_share(self.problem, distance * distance);
-            let radiance = light.bright + traced * light.dim;
-            Some((texel, radiance * leaving.share * triangle.area * cosine))
-        })
+        for leaving in leaving.into_iter().flatten() {
+            let receiver = &self.problem.receiver;
+            receiver.hits(point.position, leaving.direction, |texel, distance| {
+                if blocked(leaving.direction, distance) || blocked(light.direction, light.distance)
+                {
+                    return;
+                }
+                let traced = 1.0 - gathered_share(self.problem, distance * distance);
+                let radiance = light.bright + traced * light.dim;
+                lands(texel, radiance * leaving.share * triangle.area * cosine);
+            });
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Whether something blocks the light between two points, exactly, in f64.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
@@ -76,6 +76,24 @@ impl Blockers {
                     && self.triangles[leaf as usize].meets(origin, direction, range)
             })
     }
+
+    /// All triangles that the ray crosses: number, distance in m, and the weights of the second and
+    /// third corner there.
+    pub fn all_along(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+    ) -> impl Iterator<Item = (u32, f64, DVec2)> {
+        let range = [0.0, f64::INFINITY];
+        let inverse = finite_reciprocal(direction);
+        (self.bvh)
+            .leaves(move |node| box_meets(node, origin, inverse, range))
+            .filter_map(move |leaf| {
+                let (distance, weights) =
+                    self.triangles[leaf as usize].crossing(origin, direction)?;
+                (distance >= 0.0).then_some((leaf, distance, weights))
+            })
+    }
 }
 
 fn to_parry(v: DVec3) -> Vector {
@@ -109,26 +127,31 @@ fn box_meets(node: &BvhNode, origin: DVec3, inverse: DVec3, range: [f64; 2]) -> 
 }
 
 impl Triangle {
-    /// Möller, Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997.
     fn meets(&self, origin: DVec3, direction: DVec3, range: [f64; 2]) -> bool {
+        (self.crossing(origin, direction)).is_some_and(|(t, _)| t >= range[0] && t <= range[1])
+    }
+
+    /// Distance along the line and the weights of the second and third corner, after Möller, Trumbore,
+    /// *Fast, minimum storage ray/triangle intersection*, 1997.
+    #[inline]
+    fn crossing(&self, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
         let p = direction.cross(self.edge_2);
         let determinant = self.edge_1.dot(p);
         if determinant == 0.0 {
-            return false;
+            return None;
         }
         let inverse = 1.0 / determinant;
         let from_a = origin - self.a;
         let u = from_a.dot(p) * inverse;
         if !(0.0..=1.0).contains(&u) {
-            return false;
+            return None;
         }
         let q = from_a.cross(self.edge_1);
         let v = direction.dot(q) * inverse;
         if v < 0.0 || u + v > 1.0 {
-            return false;
+            return None;
         }
-        let t = self.edge_2.dot(q) * inverse;
-        t >= range[0] && t <= range[1]
+        Some((self.edge_2.dot(q) * inverse, DVec2::new(u, v)))
     }
 }
 

@@ -5,7 +5,7 @@ use super::Area;
 use super::layout::{Beam, BeamsDrawPush, BeamsPush};
 use super::parts::batches;
 use super::upload::DeviceScene;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
 use glam::Vec2;
 use std::sync::Arc;
@@ -28,8 +28,17 @@ impl Beams {
         patches: &Buffer,
         area: Area,
     ) -> Result<Self> {
+        if let Some(tile) = scene.curved_tiles().first() {
+            return Err(Error::Usage {
+                reason: format!(
+                    "the method beams lights rects only, and object `{}` is a mesh with a light map",
+                    scene.scene.objects[tile.object].name
+                ),
+                remedy: "name another --method, or remove the object's `lightmap`".into(),
+            });
+        }
         let pairs = scene.patch_room * scene.sun_count;
-        let bytes = u64::from(scene.targets()) * size_of::<Beam>() as u64;
+        let bytes = u64::from(scene.flat_targets()) * size_of::<Beam>() as u64;
         let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let beams = Buffer::new(context, "beams", u64::from(batch.min(pairs)) * bytes)?;
         let beams = ("beams", Resource::Buffer(&beams));
@@ -61,7 +70,7 @@ impl Beams {
             first_pair,
             pair_count,
             patch_count: scene.patch_count,
-            receiver_count: scene.tiles.len() as u32,
+            receiver_count: scene.flat_count,
             lobes: scene.lobes,
             trace: u32::from(scene.trace),
             product: u32::from(self.area == Area::Product),
@@ -80,7 +89,7 @@ impl Beams {
         let push = BeamsDrawPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        let beams = batch.1 * scene.targets();
+        let beams = batch.1 * scene.flat_targets();
         recorder.draw(&self.draw, light_map, clear, &push, 6 * beams);
     }
 }

@@ -35,16 +35,18 @@ impl Direct {
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        (receiver, part): (usize, Part),
+        (tile, part): (usize, Part),
         with_suns: bool,
     ) {
+        let (receiver, is_curved) = scene.receiver_of(tile);
         let push = DirectPush {
             first: part.first,
-            receiver: receiver as u32,
-            triangle: scene.tiles[receiver].triangle,
+            receiver,
+            triangle: scene.tiles[tile].triangle,
             sun_count: if with_suns { scene.sun_count } else { 0 },
             has_environment: u32::from(scene.has_environment),
             rotation: scene.rotation,
+            is_curved: u32::from(is_curved),
         };
         recorder.dispatch(&self.pipeline, &push, part.threads());
     }

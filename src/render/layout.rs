@@ -2,7 +2,7 @@
 //! the SPIR-V's. See there for meanings and units.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{UVec2, UVec3, Vec2, Vec3};
+use glam::{UVec2, UVec3, UVec4, Vec2, Vec3};
 
 /// Declares `#[repr(C)]` structs and the list of their offsets.
 macro_rules! mirrors {
@@ -26,16 +26,26 @@ macro_rules! mirrors {
 
 mirrors! {
     Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, twin: u32, }
-    Normals { n0: Vec3, unused0: f32, n1: Vec3, unused1: f32, n2: Vec3, unused2: f32, }
+    Normals { n0: Vec3, uv0: u32, n1: Vec3, uv1: u32, n2: Vec3, uv2: u32, }
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
-    Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, unused: u32, }
+    Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, is_curved: u32, }
     Light { place: Vec3, size: f32, power: Vec3, is_lamp: u32, }
     Receiver {
         origin: Vec3, tile_x: u32,
         edge_u: Vec3, tile_y: u32,
         edge_v: Vec3, width: u32,
         normal: Vec3, height: u32,
+    }
+    Curved {
+        tile_x: u32, tile_y: u32, width: u32, height: u32,
+        first_texel: u32, first_node: u32, levels: u32, unused: u32,
+    }
+    AtlasTexel { position: Vec3, area: f32, normal: Vec3, source: u32, }
+    AtlasSamples { triangles: UVec4, weights: UVec4, }
+    AtlasNode {
+        centre: Vec3, radius: f32, diagonal: Vec3, widest: f32,
+        beside: Vec3, sine: f32, axis: Vec3, unused: f32,
     }
     Reflector { triangle: u32, first_patch: u32, subdivision: u32, share_end: u32, }
     Patch {
@@ -50,6 +60,11 @@ mirrors! {
         centre: Vec2, flatness: f32, unused0: f32, conic: Vec3, unused1: f32, peak: Vec3,
         unused2: f32, cut: Vec3, unused3: f32, lower: Vec2, upper: Vec2,
     }
+    Spot {
+        centre: Vec3, flatness: f32, u: Vec3, before: f32, v: Vec3, low: u32, along: Vec3, high: u32,
+        conic: Vec3, tolerance: f32, peak: Vec3, base: i32, hit: Vec3, stride: i32,
+        front: Vec3, unused: f32,
+    }
     Beam {
         irradiance: Vec3, unused0: f32,
         corner0: Vec2, corner1: Vec2, corner2: Vec2, lower: Vec2, upper: Vec2, unused1: Vec2,
@@ -63,6 +78,12 @@ mirrors! {
         lobes: u32, spread: f32, flat_spread: f32, trace: u32,
     }
     CompactPush { pair_count: u32, slots: u32, receiver_count: u32, }
+    CurvedPush {
+        first_pair: u32, pair_count: u32, patch_count: u32, curved_count: u32,
+        lobes: u32, spread: f32, flat_spread: f32, trace: u32,
+    }
+    CurvedDrawPush { atlas_size: Vec2, }
+    DilatePush { curved: u32, }
     SplatPush { atlas_size: Vec2, }
     ResolvePush { level: i32, }
     BeamsPush {
@@ -72,17 +93,18 @@ mirrors! {
     BeamsDrawPush { atlas_size: Vec2, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
-        reflector_count: u32, receiver_count: u32, lobes: u32, trace: u32, area: f32,
+        reflector_count: u32, receiver_count: u32, curved_count: u32, lobes: u32, trace: u32,
+        area: f32,
     }
     PointsDrawPush { atlas_size: Vec2, }
     PinholePush {
         first: UVec2, receiver: u32, first_patch: u32,
         batch_patches: u32, sun_count: u32, epsilon: f32, spread: f32,
-        rotation: f32, has_environment: u32, trace: u32,
+        rotation: f32, has_environment: u32, trace: u32, is_curved: u32,
     }
     DirectPush {
         first: UVec2, receiver: u32, triangle: u32,
-        sun_count: u32, has_environment: u32, rotation: f32,
+        sun_count: u32, has_environment: u32, rotation: f32, is_curved: u32,
     }
     ShadePush {
         eye: Vec3, sun_count: u32,
@@ -98,6 +120,15 @@ pub const DIFFUSE: u32 = 0;
 pub const MIRROR: u32 = 1;
 pub const CONDUCTOR: u32 = 2;
 pub const DIELECTRIC: u32 = 3;
+/// Bits of [`Triangle::blocks`]
+pub const BLOCKS: u32 = 1;
+pub const IS_CURVED: u32 = 2;
+/// [`AtlasTexel::source`]
+pub const NO_TEXEL: u32 = u32::MAX;
+/// [`AtlasSamples::triangles`]
+pub const NO_TRIANGLE: u32 = u32::MAX;
+/// Sides of a leaf of a curved receiver's quadtree, texels.
+pub const LEAF: u32 = 8;
 /// [`Object::receiver`]
 pub const NO_RECEIVER: i32 = -1;
 

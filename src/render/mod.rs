@@ -11,9 +11,11 @@
 
 mod beams;
 mod bvh;
+mod curved;
 mod direct;
 mod kernel;
 mod layout;
+mod listed;
 mod parts;
 mod pinhole;
 mod points;
@@ -24,14 +26,16 @@ mod sample;
 mod shade;
 mod soup;
 mod splat;
+mod surface;
 mod update;
 mod upload;
 
 use crate::error::{Error, Result};
-use crate::gpu::{Access, Context, Image, PassTime, Recorder, Sampling};
+use crate::gpu::{Access, Buffer, Context, Image, PassTime, Recorder, Sampling};
 use crate::image_file::RgbImage;
 use crate::scene::{Camera, Scene};
 use beams::Beams;
+use curved::{Dilate, Splats};
 use direct::Direct;
 use parts::Load;
 use pinhole::Pinhole;
@@ -104,6 +108,8 @@ pub struct Renderer {
     direct_map: Image,
     caustic: Caustic,
     direct: Direct,
+    /// For the light map and the direct map, where there are curved receivers.
+    dilate: Option<[Dilate; 2]>,
     shade: Option<Shade>,
     recorder: Recorder,
 }
@@ -113,9 +119,8 @@ pub struct Renderer {
 enum Caustic {
     Footprint {
         sample: Sample,
-        project: Project,
-        splat: Splat,
-        resolve: Resolve,
+        flat: Option<Flat>,
+        curved: Option<Splats>,
     },
     Pinhole {
         sample: Sample,
@@ -128,6 +133,31 @@ enum Caustic {
     },
 }
 
+/// Footprints on rects.
+struct Flat {
+    project: Project,
+    splat: Splat,
+    resolve: Resolve,
+}
+
+impl Flat {
+    fn new(
+        context: &Arc<Context>,
+        device: &DeviceScene,
+        patches: &Buffer,
+        light_map: &Image,
+    ) -> Result<Self> {
+        let project = Project::new(context, device, patches)?;
+        let splat = Splat::new(context, &project.listed)?;
+        let resolve = Resolve::new(context, device, &project.listed, light_map)?;
+        Ok(Self {
+            project,
+            splat,
+            resolve,
+        })
+    }
+}
+
 impl Caustic {
     fn new(
         context: &Arc<Context>,
@@ -138,14 +168,16 @@ impl Caustic {
         Ok(match settings.method {
             Method::Footprint => {
                 let sample = Sample::new(context, device)?;
-                let project = Project::new(context, device, &sample.patches)?;
-                let splat = Splat::new(context, &project)?;
-                let resolve = Resolve::new(context, device, &project, light_map)?;
+                let flat = (device.flat_count > 0)
+                    .then(|| Flat::new(context, device, &sample.patches, light_map))
+                    .transpose()?;
+                let curved = (device.curved_count() > 0)
+                    .then(|| Splats::new(context, device, &sample.patches))
+                    .transpose()?;
                 Caustic::Footprint {
                     sample,
-                    project,
-                    splat,
-                    resolve,
+                    flat,
+                    curved,
                 }
             }
             Method::Pinhole => {
@@ -175,6 +207,13 @@ impl Renderer {
         let direct_map = Image::new(context, "direct map", device.atlas, 1, Sampling::Clamp)?;
         let caustic = Caustic::new(context, &device, &light_map, settings)?;
         let direct = Direct::new(context, &device, &direct_map)?;
+        let dilate = match device.curved_count() {
+            0 => None,
+            _ => Some([
+                Dilate::new(context, &device, &light_map)?,
+                Dilate::new(context, &device, &direct_map)?,
+            ]),
+        };
         let recorder = Recorder::new(context)?;
         Ok(Self {
             context: context.clone(),
@@ -184,6 +223,7 @@ impl Renderer {
             direct_map,
             caustic,
             direct,
+            dilate,
             shade: None,
             recorder,
         })
@@ -236,6 +276,7 @@ impl Renderer {
         } else if self.scene.reflector_count == 0 {
             notes.push("no caustic: no mirror faces a light".into());
         }
+        notes.extend(self.scene.scene.idle_mirrors());
         notes
     }
 
@@ -249,14 +290,18 @@ impl Renderer {
     }
 
     /// Patches that threw light on a receiver in the last [`Renderer::caustic`], each counted once
-    /// a sun; `None` for other methods or where they came in several batches.
+    /// a sun; `None` for other methods, where they came in several batches, or where a receiver is a mesh.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn lit_patches(&self) -> Result<Option<u32>> {
         match &self.caustic {
-            Caustic::Footprint { project, .. } if project.batches(&self.scene).len() == 1 => {
-                Ok(Some(project.arguments.read::<u32>(7)?[6]))
+            Caustic::Footprint {
+                flat: Some(Flat { project, .. }),
+                curved: None,
+                ..
+            } if project.listed.batches(&self.scene).len() == 1 => {
+                Ok(Some(project.listed.arguments.read::<u32>(7)?[6]))
             }
             _ => Ok(None),
         }
@@ -292,7 +337,7 @@ impl Renderer {
         // The first batch that is drawn clears the light map itself.
         let draws = match &self.caustic {
             _ if scene.reflector_count == 0 => false,
-            Caustic::Footprint { project, .. } => !project.batches(scene).is_empty(),
+            Caustic::Footprint { .. } => scene.patch_count * scene.sun_count > 0,
             Caustic::Points(points) => !points.batches.is_empty(),
             Caustic::Beams { beams, .. } => !beams.batches(scene).is_empty(),
             Caustic::Pinhole { .. } => false,
@@ -307,8 +352,11 @@ impl Renderer {
             if !draws {
                 r.clear(light_map);
             }
-            if let Caustic::Footprint { project, .. } = &self.caustic {
-                r.zero(&project.coarse);
+            if let Caustic::Footprint {
+                flat: Some(flat), ..
+            } = &self.caustic
+            {
+                r.zero(&flat.project.listed.coarse);
             }
             r.barrier(Access::TRANSFER_WRITE, Access::BLEND.and(Access::COMPUTE));
         })?;
@@ -319,44 +367,70 @@ impl Renderer {
         match &self.caustic {
             Caustic::Footprint {
                 sample,
-                project,
-                splat,
-                resolve,
+                flat,
+                curved,
             } => {
                 recorder.pass("sample", |r| {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                 })?;
-                for (index, batch) in project.batches(scene).into_iter().enumerate() {
-                    if index > 0 {
-                        recorder.submit()?;
+                let listed = Access::VERTEX_READ
+                    .and(Access::INDEX_READ)
+                    .and(Access::INDIRECT_READ);
+                let mut clear = true;
+                if let Some(Flat { project, splat, .. }) = flat {
+                    for (index, batch) in project.listed.batches(scene).into_iter().enumerate() {
+                        if index > 0 {
+                            recorder.submit()?;
+                        }
+                        recorder.pass("project", |r| {
+                            project.record(r, scene, batch);
+                            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+                        })?;
+                        recorder.pass("compact", |r| {
+                            project.listed.record(r, batch);
+                            r.barrier(Access::COMPUTE_WRITE, listed);
+                        })?;
+                        recorder.pass("splat", |r| {
+                            splat.record(r, &project.listed, light_map, clear);
+                            // The next batch overwrites what this one reads, and adds to its texels.
+                            r.barrier(
+                                Access::BLEND.and(listed),
+                                Access::BLEND.and(Access::COMPUTE),
+                            );
+                        })?;
+                        clear = false;
                     }
-                    recorder.pass("project", |r| {
-                        project.record_project(r, scene, batch);
-                        r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-                    })?;
-                    recorder.pass("compact", |r| {
-                        project.record_compact(r, batch);
-                        r.barrier(
-                            Access::COMPUTE_WRITE,
-                            Access::VERTEX_READ
-                                .and(Access::INDEX_READ)
-                                .and(Access::INDIRECT_READ),
-                        );
-                    })?;
-                    recorder.pass("splat", |r| {
-                        splat.record(r, project, light_map, index == 0);
-                        // The next batch overwrites what this one reads, and adds to its texels.
-                        r.barrier(
-                            Access::BLEND
-                                .and(Access::VERTEX_READ)
-                                .and(Access::INDEX_READ)
-                                .and(Access::INDIRECT_READ),
-                            Access::BLEND.and(Access::COMPUTE),
-                        );
-                    })?;
                 }
-                recorder.pass("resolve", |r| resolve.record(r, project))?;
+                if let Some(splats) = curved {
+                    for (index, batch) in splats.listed.batches(scene).into_iter().enumerate() {
+                        if index > 0 {
+                            recorder.submit()?;
+                        }
+                        recorder.pass("project on curved", |r| {
+                            splats.record_project(r, scene, batch);
+                            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+                        })?;
+                        recorder.pass("compact curved", |r| {
+                            splats.listed.record(r, batch);
+                            r.barrier(Access::COMPUTE_WRITE, listed);
+                        })?;
+                        recorder.pass("splat on curved", |r| {
+                            splats.record_draw(r, light_map, clear);
+                            r.barrier(
+                                Access::BLEND.and(listed).and(Access::FRAGMENT_READ),
+                                Access::BLEND.and(Access::COMPUTE),
+                            );
+                        })?;
+                        clear = false;
+                    }
+                }
+                if let Some(Flat {
+                    project, resolve, ..
+                }) = flat
+                {
+                    recorder.pass("resolve", |r| resolve.record(r, &project.listed))?;
+                }
             }
             Caustic::Pinhole { sample, pinhole } => {
                 recorder.pass("sample", |r| {
@@ -415,6 +489,14 @@ impl Renderer {
                 }
             }
         }
+        // Footprints fall on the texels around the charts by themselves.
+        if let Some([dilate, _]) =
+            (self.dilate.as_ref()).filter(|_| !matches!(self.caustic, Caustic::Footprint { .. }))
+        {
+            recorder.pass("dilate", |r| {
+                dilate.record(r, scene, Access::BLEND.and(Access::COMPUTE_WRITE));
+            })?;
+        }
         Ok(())
     }
 
@@ -463,6 +545,7 @@ impl Renderer {
         let Self {
             scene,
             direct,
+            dilate,
             recorder,
             ..
         } = self;
@@ -475,6 +558,11 @@ impl Renderer {
                     Access::COMPUTE_WRITE,
                 );
                 direct.record(r, scene, part, with_suns);
+            })?;
+        }
+        if let Some([_, dilate]) = dilate {
+            recorder.pass("dilate", |r| {
+                dilate.record(r, scene, Access::COMPUTE_WRITE);
             })?;
         }
         Ok(())
@@ -517,6 +605,7 @@ impl Renderer {
         self.read_tile(&self.direct_map, object)
     }
 
+    /// Texels of a mesh's light map outside of its charts are 0.
     fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
         let tile = self
             .scene
@@ -525,9 +614,17 @@ impl Renderer {
             .find(|t| t.object == object)
             .ok_or_else(|| Error::Usage {
                 reason: format!("object {object} has no light map"),
-                remedy: "name a diffuse rect with the key lightmap".into(),
+                remedy: "name a diffuse rect or mesh with the key lightmap".into(),
             })?;
-        read(map, tile.origin, tile.size)
+        let mut image = read(map, tile.origin, tile.size)?;
+        if let Some(atlas) = &self.scene.atlases[object] {
+            for (texel, pixel) in image.pixels.iter_mut().enumerate() {
+                if atlas.pieces(texel).is_empty() {
+                    *pixel = [0.0; 3];
+                }
+            }
+        }
+        Ok(image)
     }
 }
 

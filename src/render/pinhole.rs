@@ -68,11 +68,12 @@ impl Pinhole {
         recorder: &mut Recorder,
         scene: &DeviceScene,
         (first_patch, batch_patches): (u32, u32),
-        (receiver, part): (usize, Part),
+        (tile, part): (usize, Part),
     ) {
+        let (receiver, is_curved) = scene.receiver_of(tile);
         let push = PinholePush {
             first: part.first,
-            receiver: receiver as u32,
+            receiver,
             first_patch,
             batch_patches,
             sun_count: scene.sun_count,
@@ -81,6 +82,7 @@ impl Pinhole {
             rotation: scene.rotation,
             has_environment: u32::from(scene.has_environment),
             trace: u32::from(scene.trace),
+            is_curved: u32::from(is_curved),
         };
         recorder.dispatch(&self.pipeline, &push, part.threads());
     }

@@ -23,6 +23,12 @@ pub struct Points {
     _splats: Buffer,
 }
 
+/// Texels that a point may light: one of each rect and, as the nearest one stops the light, one of all
+/// meshes, each way.
+fn targets(scene: &DeviceScene) -> u32 {
+    scene.lobes * (scene.flat_count + u32::from(scene.curved_count() > 0))
+}
+
 impl Points {
     /// Points on `scene`'s mirrors, `samples` in all.
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, samples: u32) -> Result<Self> {
@@ -36,7 +42,7 @@ impl Points {
                 });
             }
         };
-        let bytes = u64::from(scene.targets()) * size_of::<PointSplat>() as u64;
+        let bytes = u64::from(targets(scene)) * size_of::<PointSplat>() as u64;
         let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let splats = Buffer::new(context, "point splats", u64::from(batch.min(all)) * bytes)?;
         let own = [("splats", Resource::Buffer(&splats))];
@@ -64,7 +70,8 @@ impl Points {
             batch_points,
             points: self.points,
             reflector_count: scene.reflector_count,
-            receiver_count: scene.tiles.len() as u32,
+            receiver_count: scene.flat_count,
+            curved_count: scene.curved_count(),
             lobes: scene.lobes,
             trace: u32::from(scene.trace),
             area: scene.reflector_area,
@@ -83,7 +90,7 @@ impl Points {
         let push = PointsDrawPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        let points = batch.1 * scene.targets();
+        let points = batch.1 * targets(scene);
         recorder.draw(&self.draw, light_map, clear, &push, points);
     }
 }

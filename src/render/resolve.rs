@@ -1,7 +1,7 @@
 //! resolve: the coarser levels of the light maps are added to the finer ones, one after the other.
 
 use super::layout::ResolvePush;
-use super::project::Project;
+use super::listed::Listed;
 use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
 use crate::gpu::{Access, Context, Image, Pipeline, Recorder, Resource, shaders};
@@ -15,11 +15,11 @@ impl Resolve {
     pub fn new(
         context: &Arc<Context>,
         scene: &DeviceScene,
-        project: &Project,
+        listed: &Listed,
         light_map: &Image,
     ) -> Result<Self> {
         let own = [
-            ("coarse", Resource::Buffer(&project.coarse)),
+            ("coarse", Resource::Buffer(&listed.coarse)),
             ("light_map", Resource::Image(light_map)),
         ];
         let pipeline = scene.compute(context, &shaders::RESOLVE_COMP, &own)?;
@@ -27,12 +27,12 @@ impl Resolve {
     }
 
     /// Steps of levels that have no footprints are empty.
-    pub fn record(&self, recorder: &mut Recorder, project: &Project) {
+    pub fn record(&self, recorder: &mut Recorder, listed: &Listed) {
         for level in (0..COARSEST).rev() {
             let push = ResolvePush {
                 level: level as i32,
             };
-            recorder.dispatch_indirect(&self.pipeline, &push, &project.steps, level);
+            recorder.dispatch_indirect(&self.pipeline, &push, &listed.steps, level);
             recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
         }
     }

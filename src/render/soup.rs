@@ -4,15 +4,15 @@
 //! What moves is put into its place again, and the hierarchy fitted to it.
 
 use super::bvh::Bvh;
-use super::layout;
+use super::layout::{self, BLOCKS, IS_CURVED};
 use crate::error::{Error, Result};
-use crate::scene::{Geometry, Mesh, Scene};
-use glam::DVec3;
+use crate::scene::{Atlas, Geometry, Mesh, Scene};
+use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
 /// What a link of the hierarchy can name.
-const MOST_TRIANGLES: usize = 1 << 28;
+const MOST_TRIANGLES: usize = (1 << 28) - 1;
 
 pub struct Soup {
     pub triangles: Vec<layout::Triangle>,
@@ -29,12 +29,23 @@ pub struct Soup {
 }
 
 impl Soup {
-    pub fn new(scene: &Scene, meshes: &[Cow<Mesh>]) -> Result<Self> {
+    /// `atlases` are those of the curved receivers, by object; `most_bytes` is what a buffer on the device
+    /// holds.
+    pub fn new(
+        scene: &Scene,
+        meshes: &[Cow<Mesh>],
+        atlases: &[Option<Atlas>],
+        most_bytes: u64,
+    ) -> Result<Self> {
         let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
-        if count >= MOST_TRIANGLES {
+        // Judged before the hierarchy, which takes a while to build.
+        let most = MOST_TRIANGLES.min(most_bytes as usize / size_of::<layout::Triangle>());
+        if count > most {
             return Err(Error::Usage {
-                reason: format!("the scene has {count} triangles"),
-                remedy: format!("use coarser meshes, of {MOST_TRIANGLES} triangles at most"),
+                reason: format!(
+                    "the scene has {count} triangles, and a buffer on this device holds {most}"
+                ),
+                remedy: "use coarser meshes, or name another --device".into(),
             });
         }
         let origin = middle(meshes);
@@ -43,13 +54,23 @@ impl Soup {
         let mut ranges = Vec::new();
         for (index, (mesh, object)) in meshes.iter().zip(&scene.objects).enumerate() {
             let first = triangles.len();
-            for corners in &mesh.triangles {
+            let atlas = atlases[index].as_ref();
+            let blocks = if object.blocks_light { BLOCKS } else { 0 };
+            let is_curved = atlas.map_or(0, |_| IS_CURVED);
+            for (number, corners) in mesh.triangles.iter().enumerate() {
                 triangles.push(layout::Triangle {
                     object: index as u32,
-                    blocks: u32::from(object.blocks_light),
+                    blocks: blocks | is_curved,
                     ..geometry_of(mesh, corners, origin)
                 });
-                normals.push(normals_of(mesh, corners));
+                let [uv0, uv1, uv2] =
+                    atlas.map_or([0; 3], |atlas| atlas.corners(number).map(packed));
+                normals.push(layout::Normals {
+                    uv0,
+                    uv1,
+                    uv2,
+                    ..normals_of(mesh, corners)
+                });
             }
             ranges.push(first..triangles.len());
         }
@@ -121,7 +142,13 @@ impl Soup {
                 twin,
                 ..geometry_of(mesh, corners, self.origin)
             };
-            self.normals[place] = normals_of(mesh, corners);
+            let layout::Normals { uv0, uv1, uv2, .. } = self.normals[place];
+            self.normals[place] = layout::Normals {
+                uv0,
+                uv1,
+                uv2,
+                ..normals_of(mesh, corners)
+            };
         }
     }
 
@@ -142,6 +169,14 @@ impl Soup {
         self.arrange();
         true
     }
+}
+
+/// Two numbers from 0 to 1 in 16 bits each, as `packUnorm2x16` of GLSL.
+pub fn packed(pair: DVec2) -> u32 {
+    let [x, y] = pair
+        .to_array()
+        .map(|x| (x.clamp(0.0, 1.0) * 65535.0).round() as u32);
+    x | y << 16
 }
 
 /// A triangle with its place.
@@ -171,4 +206,30 @@ fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
     let lower = positions().fold(DVec3::INFINITY, |a, b| a.min(*b));
     let upper = positions().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
     0.5 * (lower + upper)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn a_buffer_too_small_for_the_triangles_is_named() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/mirror.toml");
+        let scene = crate::scene::load(&file).unwrap().scene;
+        let meshes: Vec<Cow<Mesh>> = (scene.objects.iter())
+            .map(|object| object.geometry.mesh())
+            .collect();
+        let no_atlases: Vec<Option<Atlas>> = scene.objects.iter().map(|_| None).collect();
+        let within = |triangles: usize| {
+            let bytes = triangles * size_of::<layout::Triangle>();
+            Soup::new(&scene, &meshes, &no_atlases, bytes as u64).map(|_| ())
+        };
+        let error = within(3).unwrap_err().to_string();
+        assert!(
+            error.starts_with("the scene has 4 triangles, and a buffer on this device holds 3"),
+            "{error}"
+        );
+        within(4).unwrap();
+    }
 }

@@ -1,7 +1,7 @@
 //! splat: adds the footprints to the light maps, as quads that the vertex stage expands.
 
 use super::layout::SplatPush;
-use super::project::Project;
+use super::listed::Listed;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
 use glam::Vec2;
@@ -12,28 +12,22 @@ pub struct Splat {
 }
 
 impl Splat {
-    pub fn new(context: &Arc<Context>, project: &Project) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, listed: &Listed) -> Result<Self> {
         let pipeline = Pipeline::graphics(
             context,
             &shaders::SPLAT_VERT,
             &shaders::SPLAT_FRAG,
             Topology::Triangles,
-            &[("footprints", Resource::Buffer(&project.footprints))],
+            &[("footprints", Resource::Buffer(&listed.thrown))],
         )?;
         Ok(Self { pipeline })
     }
 
-    pub fn record(
-        &self,
-        recorder: &mut Recorder,
-        project: &Project,
-        light_map: &Image,
-        clear: bool,
-    ) {
+    pub fn record(&self, recorder: &mut Recorder, listed: &Listed, light_map: &Image, clear: bool) {
         let push = SplatPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        let (quads, arguments) = (&project.quads, &project.arguments);
+        let (quads, arguments) = (&listed.quads, &listed.arguments);
         recorder.draw_indexed_indirect(&self.pipeline, light_map, clear, &push, quads, arguments);
     }
 }

@@ -7,6 +7,7 @@
 
 use super::layout::Patch;
 use super::reflectors;
+use super::surface::{Surfaces, surfaces};
 use super::upload::{DeviceScene, Lights, can_block, lights, mip_chain, objects, receivers};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder, Write};
@@ -77,6 +78,16 @@ impl DeviceScene {
         } else {
             self.soup.nodes()
         };
+        let curved_moved = (self.curved_tiles().iter()).any(|tile| moved.contains(&tile.object));
+        let Surfaces {
+            texels,
+            samples,
+            nodes: atlas_nodes,
+            ..
+        } = match curved_moved || rebuilt && self.curved_count() > 0 {
+            true => surfaces(scene, self.curved_tiles(), &self.atlases, &self.soup)?,
+            false => Surfaces::default(),
+        };
         let triangles = &self.soup.triangles[range.clone()];
         let normals = &self.soup.normals[range.clone()];
         self.staging.write(
@@ -92,6 +103,9 @@ impl DeviceScene {
                     0,
                     &receivers(scene, &self.tiles, self.soup.origin),
                 ),
+                Write::new(&self.atlas_texels, 0, &texels),
+                Write::new(&self.atlas_samples, 0, &samples),
+                Write::new(&self.atlas_nodes, 0, &atlas_nodes),
                 Write::new(&self.reflectors, 0, &lit.reflectors),
             ],
         )?;

@@ -9,11 +9,12 @@ use super::layout::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
 use super::parts::{Part, parts};
 use super::reflectors::Specular;
 use super::soup::Soup;
+use super::surface::{Surfaces, atlases, surfaces};
 use crate::error::{Error, Result};
 use crate::gpu::{
     Buffer, Context, Image, Pipeline, Recorder, Resource, Sampling, Shader, Staging, Write,
 };
-use crate::scene::{EnvironmentMap, LightKind, MaterialKind, Mesh, Object, Scene};
+use crate::scene::{Atlas, EnvironmentMap, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec3, UVec2};
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
@@ -29,7 +30,7 @@ pub struct Tile {
     pub object: usize,
     pub origin: [u32; 2],
     pub size: [u32; 2],
-    /// One of its rect's two triangles.
+    /// One of its triangles; of a rect, either.
     pub triangle: u32,
 }
 
@@ -41,6 +42,10 @@ pub struct DeviceScene {
     pub objects: Buffer,
     pub suns: Buffer,
     pub receivers: Buffer,
+    pub curved: Buffer,
+    pub atlas_texels: Buffer,
+    pub atlas_samples: Buffer,
+    pub atlas_nodes: Buffer,
     pub reflectors: Buffer,
     pub environment: Image,
     pub sun_count: u32,
@@ -55,7 +60,10 @@ pub struct DeviceScene {
     pub patch_count: u32,
     /// Patches that the stages' buffers hold.
     pub patch_room: u32,
+    /// Those of rects, then those of meshes.
     pub tiles: Vec<Tile>,
+    /// Receivers that are rects.
+    pub flat_count: u32,
     /// Size of the light-map atlas, texels.
     pub atlas: [u32; 2],
     /// Whether anything can block the light on its way by the mirrors to the receivers.
@@ -63,6 +71,8 @@ pub struct DeviceScene {
     /// What is on the device; see `update.rs`.
     pub(super) scene: Scene,
     pub(super) soup: Soup,
+    /// Layouts of the curved receivers, by object.
+    pub(super) atlases: Vec<Option<Atlas>>,
     pub(super) specular: Specular,
     pub(super) staging: Staging,
     /// Whether the last update failed half-way.
@@ -79,9 +89,17 @@ impl DeviceScene {
         let meshes: Vec<Cow<Mesh>> = (scene.objects.iter())
             .map(|object| object.geometry.mesh())
             .collect();
-        let soup = Soup::new(scene, &meshes)?;
+        let atlases = atlases(scene)?;
+        let soup = Soup::new(scene, &meshes, &atlases, context.max_storage_bytes())?;
         let (tiles, atlas) = pack_tiles(scene, &soup, context.max_image_side())?;
         let receivers = receivers(scene, &tiles, soup.origin);
+        let flat_count = scene.receivers().count();
+        let Surfaces {
+            curved,
+            texels,
+            samples,
+            nodes,
+        } = surfaces(scene, &tiles[flat_count..], &atlases, &soup)?;
         let objects = objects(scene, &tiles);
         let Lights { suns, environment } = lights(scene, soup.origin)?;
 
@@ -99,6 +117,7 @@ impl DeviceScene {
             Some(sky) => mip_chain(sky.map, sky.scale),
             None => vec![(1, 1, vec![[0.0; 3]])],
         };
+        let atlas_nodes = Buffer::with_data(context, "atlas nodes", &nodes)?;
         let nodes = Buffer::new(context, "nodes", soup.most_node_bytes())?;
         let room = specular.count() * size_of::<layout::Reflector>();
         let device_reflectors = Buffer::new(context, "reflectors", room as u64)?;
@@ -117,6 +136,10 @@ impl DeviceScene {
             objects: Buffer::with_data(context, "objects", &objects)?,
             suns: Buffer::with_data(context, "suns", &suns)?,
             receivers: Buffer::with_data(context, "receivers", &receivers)?,
+            curved: Buffer::with_data(context, "curved receivers", &curved)?,
+            atlas_texels: Buffer::with_data(context, "atlas texels", &texels)?,
+            atlas_samples: Buffer::with_data(context, "atlas samples", &samples)?,
+            atlas_nodes,
             reflectors: device_reflectors,
             environment: Image::with_levels(
                 context,
@@ -133,10 +156,12 @@ impl DeviceScene {
             patch_count: lit.patch_count,
             patch_room: lit.patch_count,
             tiles,
+            flat_count: flat_count as u32,
             atlas,
             trace,
             scene: scene.clone(),
             soup,
+            atlases,
             specular,
             staging,
             stale: false,
@@ -168,22 +193,39 @@ impl DeviceScene {
             ("objects", Resource::Buffer(&self.objects)),
             ("suns", Resource::Buffer(&self.suns)),
             ("receivers", Resource::Buffer(&self.receivers)),
+            ("curved", Resource::Buffer(&self.curved)),
+            ("atlas_texels", Resource::Buffer(&self.atlas_texels)),
+            ("atlas_samples", Resource::Buffer(&self.atlas_samples)),
+            ("atlas_nodes", Resource::Buffer(&self.atlas_nodes)),
             ("reflectors", Resource::Buffer(&self.reflectors)),
             ("environment", Resource::Image(&self.environment)),
         ];
         Pipeline::compute(context, shader, &[own, &shared].concat())
     }
 
-    /// Receivers, counted once for every way that light takes to them.
-    pub fn targets(&self) -> u32 {
-        self.lobes * self.tiles.len() as u32
+    /// Receivers that are rects, counted once for every way that light takes to them.
+    pub fn flat_targets(&self) -> u32 {
+        self.lobes * self.flat_count
     }
 
-    /// Parts of all receivers' tiles, with `rays` rays a texel, each with the receiver's index.
+    /// Receivers that are meshes.
+    pub fn curved_count(&self) -> u32 {
+        self.tiles.len() as u32 - self.flat_count
+    }
+
+    pub fn curved_tiles(&self) -> &[Tile] {
+        &self.tiles[self.flat_count as usize..]
+    }
+
+    /// See [`receiver_of`].
+    pub fn receiver_of(&self, tile: usize) -> (u32, bool) {
+        receiver_of(tile, self.flat_count as usize)
+    }
+
+    /// Parts of all receivers' tiles, with `rays` rays a texel, each with the tile's index.
     pub fn receiver_parts(&self, rays: u64) -> Vec<(usize, Part)> {
-        let of_tile = |(receiver, tile): (usize, &Tile)| {
-            parts(tile.size, rays).map(move |part| (receiver, part))
-        };
+        let of_tile =
+            |(index, tile): (usize, &Tile)| parts(tile.size, rays).map(move |part| (index, part));
         self.tiles.iter().enumerate().flat_map(of_tile).collect()
     }
 }
@@ -210,8 +252,13 @@ fn padded(size: [u32; 2]) -> [u32; 2] {
 fn pack_tiles(scene: &Scene, soup: &Soup, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     let mut tiles: Vec<Tile> = Vec::new();
     let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
-    for (object, _, size) in scene.receivers() {
-        let padded = padded(size);
+    let flat = scene
+        .receivers()
+        .map(|(object, _, size)| (object, size, padded(size)));
+    let curved = scene
+        .curved_receivers()
+        .map(|(object, _, size)| (object, size, size));
+    for (object, size, padded) in flat.chain(curved) {
         if padded.iter().any(|side| *side > max_side) {
             return Err(Error::Usage {
                 reason: format!(
@@ -237,7 +284,7 @@ fn pack_tiles(scene: &Scene, soup: &Soup, max_side: u32) -> Result<(Vec<Tile>, [
     if tiles.is_empty() {
         return Err(Error::Usage {
             reason: "no object of the scene has a light map".into(),
-            remedy: "give a diffuse rect the key `lightmap = [256, 256]`".into(),
+            remedy: "give a diffuse rect or mesh the key `lightmap = [256, 256]`".into(),
         });
     }
     if width > max_side {
@@ -266,8 +313,21 @@ pub(super) fn receivers(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<lay
         .collect()
 }
 
+/// The receiver of tile number `tile` where the first `flat_count` are those of rects: its index among those
+/// of its kind, and whether it is a mesh.
+fn receiver_of(tile: usize, flat_count: usize) -> (u32, bool) {
+    match tile.checked_sub(flat_count) {
+        Some(curved) => (curved as u32, true),
+        None => (tile as u32, false),
+    }
+}
+
 pub(super) fn objects(scene: &Scene, tiles: &[Tile]) -> Vec<layout::Object> {
-    let receiver = |object| tiles.iter().position(|tile| tile.object == object);
+    let flat_count = scene.receivers().count();
+    let receiver = |object| {
+        let tile = tiles.iter().position(|tile| tile.object == object)?;
+        Some(receiver_of(tile, flat_count))
+    };
     (scene.objects.iter().enumerate())
         .map(|(index, object)| object_of(scene, object, receiver(index)))
         .collect()
@@ -336,7 +396,7 @@ pub(super) fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
     Ok(Lights { suns, environment })
 }
 
-fn object_of(scene: &Scene, object: &Object, receiver: Option<usize>) -> layout::Object {
+fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> layout::Object {
     let [mut color, mut index, mut extinction] = [DVec3::ZERO; 3];
     let kind = match scene.materials[object.material].kind {
         MaterialKind::Mirror { reflectance } => {
@@ -364,8 +424,8 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<usize>) -> layout:
         kind,
         index: index.as_vec3(),
         extinction: extinction.as_vec3(),
-        receiver: receiver.map_or(NO_RECEIVER, |index| index as i32),
-        ..Default::default()
+        receiver: receiver.map_or(NO_RECEIVER, |(index, _)| index as i32),
+        is_curved: receiver.map_or(0, |(_, is_curved)| u32::from(is_curved)),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Where a scene may read files, and how much.
 
+use super::memory;
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::Read;
@@ -109,6 +110,8 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
         };
         return Err(refused(path, &format!("it is {what}"), "name a file"));
     }
+    (memory::check("its content", metadata.len().min(limit)))
+        .map_err(|reason| refused(path, &reason, memory::REMEDY))?;
     let mut content = Vec::new();
     File::open(path)
         .and_then(|file| file.take(limit + 1).read_to_end(&mut content))

@@ -1,17 +1,17 @@
 //! Equirectangular radiance images: Radiance `.hdr` and OpenEXR `.exr`.
 
-use super::EnvironmentMap;
 use super::asset::{self, refused};
+use super::{EnvironmentMap, MAX_RADIANCE, memory};
 use crate::error::{Error, Result};
 use image::codecs::{hdr::HdrDecoder, openexr::OpenExrDecoder};
 use image::{DynamicImage, ImageDecoder, ImageResult};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Pixels of a side.
-const MAX_SIDE: u32 = 16384;
-/// Bytes of a file, and of its pixels.
-const MAX_BYTES: u64 = 2 << 30;
+/// Most pixels across and down.
+const MAX_SIZE: [u32; 2] = [8192, 4096];
+/// Bytes of a file: four 32-bit channels of so many pixels take half of it.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// Reads an environment; adds to `warnings` what is odd but usable.
 ///
@@ -36,7 +36,18 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
             let header = decoder.metadata();
             let exposure = header.exposure.unwrap_or(1.0);
             let (r, g, b) = header.color_correction.unwrap_or((1.0, 1.0, 1.0));
-            (decode(path, decoder)?, [r, g, b].map(|c| c * exposure))
+            let factor = [r, g, b].map(|c| c * exposure);
+            if !factor.iter().all(|c| c.is_normal() && *c > 0.0) {
+                let reason = format!(
+                    "EXPOSURE and COLORCORR in its header make {factor:?}, not numbers above 0"
+                );
+                return Err(refused(
+                    path,
+                    &reason,
+                    "correct the header, or export the image again",
+                ));
+            }
+            (decode(path, decoder)?, factor)
         }
         Some("exr") => {
             let decoder = OpenExrDecoder::new(content()?).map_err(undecodable)?;
@@ -62,16 +73,14 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
     let mut radiance = Vec::with_capacity(width as usize * height as usize);
     for (column, row, pixel) in image.enumerate_pixels() {
         let rgb = std::array::from_fn(|i| pixel[i] / factor[i]);
-        if !rgb
-            .iter()
-            .all(|value: &f32| value.is_finite() && *value >= 0.0)
-        {
+        // No range contains NaN.
+        if !rgb.iter().all(|value| (0.0..=MAX_RADIANCE).contains(value)) {
             return Err(Error::Input {
                 file: path.to_owned(),
                 place: Some(format!(
                     "column {column}, row {row} from the top left pixel (0, 0)"
                 )),
-                reason: format!("{rgb:?} is not a radiance, which is finite and not negative"),
+                reason: format!("{rgb:?} is not a radiance within 0 and {MAX_RADIANCE:e} W/m²/sr"),
                 remedy: "repair that pixel, or clamp the image when you export it".into(),
             });
         }
@@ -87,13 +96,15 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
 /// Pixels of an image whose size has been judged before any memory is taken for it.
 fn decode(path: &Path, decoder: impl ImageDecoder) -> Result<ImageResult<DynamicImage>> {
     let (width, height) = decoder.dimensions();
-    if width.max(height) > MAX_SIDE || decoder.total_bytes() > MAX_BYTES {
-        let reason = format!(
-            "{width} x {height} pixels are too many: at most {MAX_SIDE} a side and {} GiB",
-            MAX_BYTES >> 30
-        );
+    let [most_across, most_down] = MAX_SIZE;
+    if width > most_across || height > most_down {
+        let reason =
+            format!("{width} x {height} pixels are too many: at most {most_across} x {most_down}");
         return Err(refused(path, &reason, "scale the image down"));
     }
+    let bytes = u64::from(width) * u64::from(height) * memory::PIXEL;
+    memory::check(&format!("{width} x {height} pixels"), bytes)
+        .map_err(|reason| refused(path, &reason, memory::REMEDY))?;
     if width == 0 || height == 0 {
         return Err(refused(path, "the image has no pixels", "export it again"));
     }

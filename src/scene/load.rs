@@ -14,7 +14,7 @@
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
 //! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (behind the front over before it) |
 //! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` |
-//! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (a diffuse rect's), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
+//! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (of a diffuse rect or mesh), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
 //!
 //! The camera and lights may have `keyframes`, a list of tables with `time` (s) and of the camera's
 //! keys any, of a sun's `direction` and `irradiance`, of a lamp's `position` and `flux`, of
@@ -38,6 +38,7 @@
 
 use super::animation::{MeshFrames, Motion, MovingObject};
 use super::asset::{self, AssetRoot, refused};
+use super::atlas::{Atlas, Unwrapping};
 use super::file::{
     CameraEntry, FramesEntry, LightEntry, MaterialEntry, ObjectEntry, Section, SineEntry, Source,
     Triple, WavesEntry,
@@ -46,7 +47,7 @@ use super::{
     Animation, Camera, EnvironmentMap, Geometry, Light, LightKind, MAX_RADIANCE, Material,
     MaterialKind, Object, Rect, Scene, Sine, Waves,
 };
-use super::{environment, keyframes, light_map_side, mesh, obj};
+use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
 use crate::error::Result;
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
@@ -58,7 +59,7 @@ use toml::Spanned;
 
 /// Bytes of a scene file.
 const MAX_BYTES: u64 = 16 << 20;
-/// Quads of waves along a side, and in all: a mesh of 8 million triangles takes some 5 GB.
+/// Quads of waves along a side, and in all.
 const MAX_QUADS: i64 = 4096;
 const MAX_ALL_QUADS: i64 = 1 << 22;
 /// Sines of waves.
@@ -158,6 +159,8 @@ pub fn load(path: &Path) -> Result<Loaded> {
         loader.check_lamp_is_free(entry, light, &scene)?;
     }
     let mut warnings = loader.warnings;
+    let flaws = skin::complaints(&scene).into_iter();
+    warnings.extend(flaws.map(|flaw| format!("{}: {flaw}", path.display())));
     if scene.objects.is_empty() {
         let remedy = "add an `[[object]]` with a `mesh` or a `rect`";
         return Err(refused(path, "the scene has no object", remedy));
@@ -389,13 +392,13 @@ impl<'a> Loader<'a> {
         let geometry = match (&entry.mesh, &entry.frames, &entry.rect, &entry.waves) {
             (Some(file), None, None, None) => {
                 let path = self.resolve(&section, file)?;
-                return self.meshes(entry, &[path], None, material, motion);
+                return self.meshes(entry, &[path], None, material, light_map, motion);
             }
             (None, Some(frames), None, None) => {
                 let paths = self.frame_paths(&section, frames)?;
                 let fps = &frames.get_ref().fps;
                 let fps = section.number_or(DEFAULT_FPS, "fps", fps, FPS)?;
-                return self.meshes(entry, &paths, Some(fps), material, motion);
+                return self.meshes(entry, &paths, Some(fps), material, light_map, motion);
             }
             (None, None, Some(entry), None) => {
                 let keys = entry.get_ref();
@@ -421,6 +424,7 @@ impl<'a> Loader<'a> {
                 material: *section.required("material", &material)?,
                 geometry,
                 light_map,
+                unwrapping: None,
                 blocks_light: entry.blocks_light.unwrap_or(true),
             },
             frames: None,
@@ -451,8 +455,10 @@ impl<'a> Loader<'a> {
         paths: &[PathBuf],
         fps: Option<f64>,
         material: Option<usize>,
+        light_map: Option<[u32; 2]>,
         motion: Option<Motion>,
     ) -> Result<()> {
+        let first = self.objects.len();
         let use_mtl = material.is_none();
         let parts = match fps {
             None => obj::read(&paths[0], &self.root, use_mtl, &mut self.warnings)?,
@@ -475,17 +481,60 @@ impl<'a> Loader<'a> {
                 None => material.expect("without `material`, parts have their own"),
             };
             let meshes: Vec<_> = part.meshes.into_iter().map(Arc::new).collect();
+            // Of the parts of a mesh that has several materials, the diffuse ones.
+            let light_map = light_map.filter(|_| !self.materials[material].kind.is_specular());
+            let unwrapping = light_map.map(|_| {
+                Arc::new(Unwrapping {
+                    rest: meshes[0].clone(),
+                    own: part.uvs,
+                })
+            });
             self.objects.push(MovingObject {
                 object: Object {
                     name,
                     material,
                     geometry: Geometry::Mesh(meshes[0].clone()),
-                    light_map: None,
+                    light_map,
+                    unwrapping,
                     blocks_light: entry.blocks_light.unwrap_or(true),
                 },
                 frames: fps.map(|fps| MeshFrames { fps, meshes }),
                 motion: motion.clone(),
             });
+        }
+        if let Some(texels) = &entry.lightmap {
+            self.check_layouts(entry, texels.span(), first)?;
+        }
+        Ok(())
+    }
+
+    /// The light maps of the meshes from object number `first` on can be laid out.
+    fn check_layouts(
+        &mut self,
+        entry: &ObjectEntry,
+        place: Range<usize>,
+        first: usize,
+    ) -> Result<()> {
+        let section = Section {
+            source: self.source,
+            owner: format!("object \"{}\"", entry.name.get_ref().escape_debug()),
+            span: entry.name.span(),
+        };
+        let mut any = false;
+        for moving in &self.objects[first..] {
+            let Some(size) = moving.object.light_map else {
+                continue;
+            };
+            any = true;
+            let (_, warning) = Atlas::of(&moving.object, size)
+                .map_err(|e| section.error(place.clone(), &e.reason, &e.remedy))?;
+            let file = self.source.path.display();
+            self.warnings
+                .extend(warning.map(|warning| format!("{file}: {warning}")));
+        }
+        if !any {
+            let reason = "none of the mesh's materials is diffuse, so it keeps no light";
+            return Err(section.error(place, reason, "remove `lightmap`"));
         }
         Ok(())
     }
@@ -519,8 +568,9 @@ impl<'a> Loader<'a> {
         material: Option<usize>,
     ) -> Result<[u32; 2]> {
         let error = |reason: &str, remedy: &str| Err(section.error(texels.span(), reason, remedy));
-        if entry.rect.is_none() {
-            return error("only a rect can have a light map", "remove `lightmap`");
+        if entry.waves.is_some() {
+            let remedy = "remove `lightmap`, or export the waves as a mesh";
+            return error("waves have no light map, only rects and meshes do", remedy);
         }
         if material.is_some_and(|m| self.materials[m].kind.is_specular()) {
             let remedy = "remove `lightmap`, or use a diffuse material";
@@ -638,6 +688,12 @@ fn waves(section: &Section, entry: &Spanned<WavesEntry>) -> Result<Waves> {
         let reason = format!("quads: {columns} × {rows} are more than {MAX_ALL_QUADS}");
         return Err(section.error(quads.span(), &reason, "lower one of the numbers"));
     }
+    let triangles = 2 * (columns * rows) as u64;
+    memory::check(
+        &format!("{triangles} triangles"),
+        triangles * memory::TRIANGLE,
+    )
+    .map_err(|reason| section.error(quads.span(), &reason, "lower the numbers"))?;
     if keys.sines.len() > MAX_SINES {
         let reason = format!("sines: {} are more than {MAX_SINES}", keys.sines.len());
         return Err(section.error(entry.span(), &reason, "leave the smallest ones out"));

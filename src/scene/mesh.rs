@@ -16,6 +16,10 @@ pub struct Soup {
     /// As many as positions; of any length, zero where the file gives none.
     pub normals: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
+    /// As many as triangles: their corners, counted over all polygons' that were added.
+    pub sources: Vec<[u32; 3]>,
+    /// Corners of the polygons so far.
+    polygon_corners: u32,
     /// Triangles left out because they have no area.
     pub without_area: usize,
 }
@@ -29,22 +33,27 @@ impl Soup {
     /// The reason, if no corner has such a fan.
     pub fn add_polygon(&mut self, corners: &[u32]) -> Result<(), String> {
         let n = corners.len();
+        let first = self.polygon_corners;
+        self.polygon_corners += n as u32;
         // Newell's normal, twice the vector area, about a corner to keep digits far from the origin.
         let at = |i: usize| {
             self.positions[corners[i % n] as usize] - self.positions[corners[0] as usize]
         };
         let front: DVec3 = (0..n).map(|i| at(i).cross(at(i + 1))).sum();
         let fan = |start: usize| {
-            (1..n - 1).map(move |i| [start, start + i, start + i + 1].map(|c| corners[c % n]))
+            (1..n - 1).map(move |i| [start, start + i, start + i + 1].map(|c| c % n))
         };
-        let faces_front =
-            |corners: [u32; 3]| self.vector_area(corners).is_none_or(|a| a.dot(front) > 0.0);
+        let faces_front = |c: [usize; 3]| {
+            (self.vector_area(c.map(|c| corners[c]))).is_none_or(|a| a.dot(front) > 0.0)
+        };
         let start = (0..n.min(FAN_STARTS))
             .find(|&start| n == 3 || fan(start).all(faces_front))
             .ok_or("a polygon is too dented to be cut into a fan of triangles")?;
-        for triangle in fan(start) {
+        for of_polygon in fan(start) {
+            let triangle = of_polygon.map(|c| corners[c]);
             if self.vector_area(triangle).is_some() {
                 self.triangles.push(triangle);
+                self.sources.push(of_polygon.map(|c| first + c as u32));
             } else {
                 self.without_area += 1;
             }

@@ -5,16 +5,21 @@
 
 mod animation;
 mod asset;
+mod atlas;
 mod environment;
+mod facing;
 mod file;
 mod keyframes;
 pub mod load;
+mod memory;
 mod mesh;
 mod mtl;
 mod obj;
 mod obj_text;
+mod skin;
 
 pub use animation::Animation;
+pub use atlas::{Atlas, NoLayout, Piece, Texel, Unwrapping};
 pub use load::{Loaded, load};
 
 use glam::{DMat3, DVec2, DVec3};
@@ -39,8 +44,9 @@ pub fn light_map_side(texels: i64) -> Result<u32, String> {
         })
 }
 
-/// Most radiance of an environment, W/m²/sr: sums of many such are still f32 values.
-pub const MAX_RADIANCE: f32 = 1e30;
+/// Most radiance of a light, W/m²/sr: fifty million times the sun's, and the square of a sum of many such
+/// is still an f32 value.
+pub const MAX_RADIANCE: f32 = 1e15;
 
 /// Everything the renderer needs to know, at one time; [`Animation`] has it at every time.
 #[derive(Debug, Clone)]
@@ -152,8 +158,10 @@ pub struct Object {
     /// Index into [`Scene::materials`].
     pub material: usize,
     pub geometry: Geometry,
-    /// Texels (width, height) of the light map; only diffuse rects have one.
+    /// Texels (width, height) of the light map; only diffuse rects and meshes have one.
     pub light_map: Option<[u32; 2]>,
+    /// What a mesh's light map is laid out from; without, from the mesh as it is now.
+    pub unwrapping: Option<Arc<Unwrapping>>,
     /// Whether the surface casts shadows. The camera and mirrors see it in any case.
     pub blocks_light: bool,
 }
@@ -239,6 +247,15 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// Lower and upper corner of the bounding box, m.
+    fn bounds(&self) -> [DVec3; 2] {
+        let positions = || self.positions.iter();
+        [
+            positions().fold(DVec3::INFINITY, |a, b| a.min(*b)),
+            positions().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b)),
+        ]
+    }
+
     /// From `point` to the nearest point of the triangles, m; infinite where there is none.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         let distance = |corners: &[u32; 3]| {
@@ -251,6 +268,23 @@ impl Mesh {
         (self.triangles.iter())
             .map(distance)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The triangle's corners, m.
+    pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|corner| self.positions[corner as usize])
+    }
+
+    /// The triangle's normal times its area, m².
+    pub fn vector_area(&self, triangle: usize) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        0.5 * (b - a).cross(c - a)
+    }
+
+    /// The point of the triangle with these weights of its second and third corner, m.
+    pub fn point(&self, triangle: usize, weights: DVec2) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        a + weights.x * (b - a) + weights.y * (c - a)
     }
 }
 
@@ -387,7 +421,26 @@ impl Scene {
         self
     }
 
-    /// The objects that carry a light map, as (index, rect, texels).
+    /// The meshes that carry a light map, as (index, mesh, texels).
+    pub fn curved_receivers(&self) -> impl Iterator<Item = (usize, &Arc<Mesh>, [u32; 2])> {
+        (self.objects.iter().enumerate()).filter_map(|(index, object)| {
+            match (&object.geometry, object.light_map) {
+                (Geometry::Mesh(mesh), Some(texels)) => Some((index, mesh, texels)),
+                _ => None,
+            }
+        })
+    }
+
+    /// Indices and texels of all objects that carry a light map, in their order.
+    pub fn light_maps(&self) -> Vec<(usize, [u32; 2])> {
+        let flat = (self.receivers()).map(|(index, _, texels)| (index, texels));
+        let curved = (self.curved_receivers()).map(|(index, _, texels)| (index, texels));
+        let mut all: Vec<_> = flat.chain(curved).collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// The rects that carry a light map, as (index, rect, texels).
     pub fn receivers(&self) -> impl Iterator<Item = (usize, &Rect, [u32; 2])> {
         self.objects
             .iter()

@@ -4,15 +4,17 @@
 use super::asset::{self, AssetRoot, at_line, refused};
 use super::mesh::{SmoothNormals, Soup, unit};
 use super::obj_text::Plain;
-use super::{MaterialKind, Mesh, mtl};
+use super::{MaterialKind, Mesh, memory, mtl};
 use crate::error::Result;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, HashSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a file.
-const MAX_BYTES: u64 = 1 << 30;
+const MAX_BYTES: u64 = 2 << 30;
+/// Triangles of a file.
+const MAX_TRIANGLES: u64 = 10_000_000;
 
 const NAME_A_MATERIAL: &str = "give the object a `material` of the scene file, which then holds for the whole mesh, \
      or correct the MTL file";
@@ -23,6 +25,8 @@ pub struct Part {
     pub material: Option<(String, MaterialKind)>,
     /// One for each file, all with the same triangles.
     pub meshes: Vec<Mesh>,
+    /// Texture coordinates of the triangles' corners, by the first file; empty where it has none.
+    pub uvs: Vec<[DVec2; 3]>,
 }
 
 /// What one file holds.
@@ -38,6 +42,7 @@ struct FilePart {
     mesh: Mesh,
     /// Of the mesh's triangles, as they are counted in the file where corners are not merged.
     corners: Vec<[u32; 3]>,
+    uvs: Vec<[DVec2; 3]>,
 }
 
 /// Reads the OBJ files of at least one frame of a mesh, all of one topology: the faces have the same
@@ -61,8 +66,9 @@ pub fn read_frames(
         );
         return Err(refused(folder, &reason, "use fewer or coarser meshes"));
     }
-    let mut frames = paths.iter().map(|path| {
-        let content = read_file(path, root, use_mtl, false, warnings)?;
+    let mut frames = paths.iter().enumerate().map(|(index, path)| {
+        let to_follow = Some((paths.len() - 1 - index) as u64);
+        let content = read_file(path, root, use_mtl, to_follow, warnings)?;
         Ok((path, content))
     });
     let (first_path, first) = frames.next().expect("a folder with a mesh")?;
@@ -70,6 +76,7 @@ pub fn read_frames(
         .map(|part| Part {
             material: part.material.clone(),
             meshes: vec![part.mesh.clone()],
+            uvs: part.uvs.clone(),
         })
         .collect();
     for frame in frames {
@@ -105,23 +112,27 @@ pub fn read(
     use_mtl: bool,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Part>> {
-    let content = read_file(path, root, use_mtl, true, warnings)?;
+    let content = read_file(path, root, use_mtl, None, warnings)?;
     let part = |part: FilePart| Part {
         material: part.material,
         meshes: vec![part.mesh],
+        uvs: part.uvs,
     };
     Ok(content.parts.into_iter().map(part).collect())
 }
 
-/// `merge`: corners with equal position and normal become one.
+/// `to_follow`: of an animated mesh, the frames after this one. Otherwise corners with equal position
+/// and normal become one.
 fn read_file(
     path: &Path,
     root: &AssetRoot,
     use_mtl: bool,
-    merge: bool,
+    to_follow: Option<u64>,
     warnings: &mut Vec<String>,
 ) -> Result<Content> {
+    let merge = to_follow.is_none();
     let content = asset::read(path, MAX_BYTES)?;
+    check_size(path, &content, to_follow.unwrap_or(0))?;
     // Old files have comments in other encodings; all that matters is ASCII.
     let text = String::from_utf8_lossy(&content);
     let plain = Plain::of(path, text.trim_start_matches('\u{feff}'))?;
@@ -149,7 +160,9 @@ fn read_file(
     }
 
     let mut soup = Soup::default();
-    let mut by_material: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
+    // Triangles, and their corners as counted in the file.
+    type Triangles = (Vec<[u32; 3]>, Vec<[u32; 3]>);
+    let mut by_material: BTreeMap<Option<usize>, Triangles> = BTreeMap::new();
     for model in &models {
         let first = soup.triangles.len();
         add(&mut soup, &model.mesh, has_normals, merge).map_err(|reason| {
@@ -160,10 +173,11 @@ fn read_file(
                 "cut the polygon into triangles before export",
             )
         })?;
-        let triangles = by_material.entry(model.mesh.material_id).or_default();
+        let (triangles, sources) = by_material.entry(model.mesh.material_id).or_default();
         triangles.extend(&soup.triangles[first..]);
+        sources.extend(&soup.sources[first..]);
     }
-    by_material.retain(|_, triangles| !triangles.is_empty());
+    by_material.retain(|_, (triangles, _)| !triangles.is_empty());
     if by_material.is_empty() {
         let any = soup.without_area > 0;
         let reason = if any {
@@ -186,7 +200,7 @@ fn read_file(
     };
     let mut parts = Vec::new();
     let mut behind = 0;
-    for (id, triangles) in by_material {
+    for (id, (triangles, sources)) in by_material {
         let material = match id {
             Some(id) => {
                 let name = materials[id].name.clone();
@@ -204,10 +218,16 @@ fn read_file(
         };
         let (mesh, count) = soup.mesh(&triangles, &smooth, merge);
         behind += count;
+        let uv = |corner: u32| plain.corner_uvs[corner as usize];
+        let uvs = match plain.has_uvs {
+            true => (sources.iter()).map(|corners| corners.map(uv)).collect(),
+            false => Vec::new(),
+        };
         parts.push(FilePart {
             material,
             mesh,
             corners: triangles,
+            uvs,
         });
     }
 
@@ -244,6 +264,30 @@ fn read_file(
         parts,
         topology: plain.topology(),
     })
+}
+
+/// Before any memory is taken for what the file holds.
+fn check_size(path: &Path, content: &[u8], frames_to_follow: u64) -> Result<()> {
+    let triangles: u64 = (content.split(|byte| *byte == b'\n'))
+        .map(|line| {
+            let mut words = (line.split(u8::is_ascii_whitespace)).filter(|word| !word.is_empty());
+            match words.next() {
+                Some(b"f") => (words.count() as u64).saturating_sub(2),
+                _ => 0,
+            }
+        })
+        .sum();
+    if triangles > MAX_TRIANGLES {
+        let reason = format!("{triangles} triangles are more than {MAX_TRIANGLES}");
+        return Err(refused(path, &reason, "use a coarser mesh"));
+    }
+    let each = memory::TRIANGLE + frames_to_follow * memory::TRIANGLE_OF_FRAME;
+    let what = match frames_to_follow {
+        0 => format!("{triangles} triangles"),
+        _ => format!("{triangles} triangles and as many in {frames_to_follow} frames to follow"),
+    };
+    memory::check(&what, triangles * each)
+        .map_err(|reason| refused(path, &reason, "free some memory, or use a coarser mesh"))
 }
 
 /// Without `has_normals` only positions and faces are right in what comes back.

@@ -1,14 +1,13 @@
 //! The text of an OBJ file, looked at line by line before tobj reads it: tobj's errors name no line,
 //! it takes NaN, makes triangles of points and polylines, loses track of normals where some corners
-//! have none, and overflows on wild indices.
+//! have none, and overflows on wild indices. Texture coordinates are kept apart from it.
 
 use super::asset::at_line;
 use crate::error::Result;
+use glam::DVec2;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Triangles of a file.
-const MAX_TRIANGLES: usize = 10_000_000;
 /// Largest coordinate, m.
 const MAX_COORDINATE: f64 = 1e9;
 
@@ -19,7 +18,12 @@ pub struct Plain<'a> {
     pub text: String,
     positions: i64,
     normals: i64,
-    triangles: usize,
+    textures: Vec<DVec2>,
+    /// Texture coordinates of every face's corners, in the order of the file; NaN where there are none
+    /// to be used.
+    pub corner_uvs: Vec<DVec2>,
+    /// Whether any corner has some.
+    pub has_uvs: bool,
     pub corners: usize,
     /// Corners without a normal.
     pub bare_corners: usize,
@@ -86,14 +90,18 @@ impl<'a> Plain<'a> {
                 self.normals += 1;
                 self.keep(keyword, &words(rest, &[3])?);
             }
+            "vt" => {
+                // What is wrong with them matters only to a light map.
+                let mut numbers = rest
+                    .split_whitespace()
+                    .map(|word| word.parse().unwrap_or(f64::NAN));
+                let uv = [numbers.next(), numbers.next()].map(|x| x.unwrap_or(f64::NAN));
+                self.textures.push(uv.into());
+            }
             "f" => {
                 let count = rest.split_whitespace().count();
                 if count < 3 {
                     return Err(format!("a face has {count} corners, not three or more"));
-                }
-                self.triangles += count - 2;
-                if self.triangles > MAX_TRIANGLES {
-                    return Err(format!("the mesh has more than {MAX_TRIANGLES} triangles"));
                 }
                 let corners = (rest.split_whitespace())
                     .map(|word| corner(word, self.positions, self.normals))
@@ -104,6 +112,11 @@ impl<'a> Plain<'a> {
                     .filter(|corner| !corner.contains('/'))
                     .count();
                 self.keep(keyword, &corners);
+                for word in rest.split_whitespace() {
+                    let uv = self.uv_of(word);
+                    self.has_uvs |= uv.is_some();
+                    self.corner_uvs.push(uv.unwrap_or(DVec2::NAN));
+                }
             }
             "usemtl" | "mtllib" if rest.is_empty() => {
                 return Err(format!("`{keyword}` names nothing"));
@@ -116,7 +129,7 @@ impl<'a> Plain<'a> {
                 self.libraries.entry(rest).or_insert(number);
             }
             "o" | "g" => self.keep(keyword, &[rest]),
-            "" | "vt" | "vp" | "s" | "l" | "p" | "mg" | "lod" | "usemap" | "maplib" => {}
+            "" | "vp" | "s" | "l" | "p" | "mg" | "lod" | "usemap" | "maplib" => {}
             _ if keyword.starts_with('#') => {}
             _ => {
                 self.ignored += 1;
@@ -126,6 +139,17 @@ impl<'a> Plain<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Texture coordinates of a corner `v/vt/vn`, if it names any that exist.
+    fn uv_of(&self, word: &str) -> Option<DVec2> {
+        let index: i64 = word.split('/').nth(1)?.parse().ok()?;
+        let place = if index < 0 {
+            self.textures.len() as i64 + index
+        } else {
+            index - 1
+        };
+        self.textures.get(usize::try_from(place).ok()?).copied()
     }
 
     fn keep(&mut self, keyword: &str, words: &[impl AsRef<str>]) {

@@ -415,34 +415,12 @@ pub static CASES: &[Case] = &[
     image_case(
         [256, 256],
         Solver::Renderer(|| footprint(16_384)),
-        &[
-            Asked {
-                figure: &IMAGE_WORST,
-                bound: 0.005,
-                twins: &IMAGE_TWINS,
-            },
-            Asked {
-                figure: &IMAGE_ENERGY,
-                bound: 0.001,
-                twins: &[greener],
-            },
-        ],
+        &IMAGE_BY_PATCHES,
     ),
     image_case(
         [256, 256],
         Solver::Renderer(|| method(Method::Beams, 16_384)),
-        &[
-            Asked {
-                figure: &IMAGE_WORST,
-                bound: 0.005,
-                twins: &IMAGE_TWINS,
-            },
-            Asked {
-                figure: &IMAGE_ENERGY,
-                bound: 0.001,
-                twins: &[greener],
-            },
-        ],
+        &IMAGE_BY_PATCHES,
     ),
     image_case(
         [64, 64],
@@ -588,6 +566,20 @@ static MIRROR_BY_FOOTPRINTS: [Asked; 2] = [
 static IMAGE_TWINS: [fn(Scene) -> Scene; 2] = [
     |scene| brighter(scene, 1.01),
     |scene| lamp_moved(scene, 0.01 * DVec3::Y),
+];
+
+/// Of the methods that image patches.
+static IMAGE_BY_PATCHES: [Asked; 2] = [
+    Asked {
+        figure: &IMAGE_WORST,
+        bound: 0.005,
+        twins: &IMAGE_TWINS,
+    },
+    Asked {
+        figure: &IMAGE_ENERGY,
+        bound: 0.001,
+        twins: &[greener],
+    },
 ];
 
 const fn image_case(texels: [u32; 2], solver: Solver, asked: &'static [Asked]) -> Case {

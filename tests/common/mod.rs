@@ -4,6 +4,7 @@
 
 pub mod accuracy;
 pub mod closed_forms;
+pub mod folder;
 pub mod run;
 
 use assert_cmd::Command;

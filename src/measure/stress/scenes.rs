@@ -18,6 +18,7 @@ fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scene {
         material,
         geometry,
         light_map: None,
+        unwrapping: None,
         blocks_light: false,
     };
     let material = |name: &str, kind| Material {

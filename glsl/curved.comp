@@ -1,0 +1,267 @@
+// curved: the image of every light in every patch on every curved receiver, as spots. Light runs on
+// as a tube around the ray of its middle, of which the section across the ray is linear in the
+// distance. A spot is what of the tube falls on one square of texels. Squares come from a quadtree,
+// refined where the tube touches it as long as there are slots.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
+layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
+layout(std430, binding = 4) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 5) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
+layout(std430, binding = 6) readonly buffer Patches { Patch patches[]; };
+layout(std430, binding = 7) readonly buffer Profiles { Profile profiles[]; };
+// SLOTS lobes curved_count slots a pair, the used ones first.
+layout(std430, binding = 8) writeonly buffer Spots { Spot spots[]; };
+layout(std430, binding = 9) writeonly buffer Counts { uint counts[]; };
+layout(std430, binding = 10) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // spots, lit pairs
+layout(push_constant) uniform CurvedPush {
+    uint first_pair;     // of this batch; a pair is light * patch_count + patch
+    uint pair_count;     // in this batch
+    uint patch_count;
+    uint curved_count;
+    uint lobes;          // 1: mirrored light; 2: and refracted light
+    float spread;        // variance of the kernel over that of the patch
+    float flat_spread;   // where the patch is flat
+    uint trace;          // 0: nothing can block
+} push;
+
+#include "trace.glsl"
+#include "sun.glsl"
+#include "optics.glsl"
+#include "footprint.glsl"
+#include "flux.glsl"
+
+// Spots of a patch on a receiver; as in src/render/curved.rs.
+const uint SLOTS = 32;
+// Squared support radius of the widest kernel, p = SHARPEST: 2 (p + 2).
+const float WIDEST_SUPPORT = 18.0;
+// Of a texel seen edge on, its covariance's smaller part over the larger.
+const float THINNEST = 1e-3;
+
+shared uvec2 group_count;
+
+// Light of a patch. Across `along`, in the axes a and b, the section at the distance s has its middle
+// at middle + s drift and the root of covariance (of_patch + s patch_growth, s light_growth).
+struct Tube {
+    vec3 start;
+    vec3 along;      // unit
+    vec3 a;
+    vec3 b;
+    vec2 middle;
+    vec2 drift;
+    mat2 of_patch;
+    mat2 patch_growth;
+    mat2 light_growth;
+    float sharpest;  // of the kernel
+};
+
+// Not any where the rays from the midpoints part too much for a tube.
+bool tube_of(Patch patch_, Light light, Sun sun, float ratio, out Tube tube) {
+    vec3 from[3];
+    vec3 way[3];
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < 3; i++) {
+        vec2 st = MIDPOINTS[i];
+        from[i] = st.x * patch_.edge1 + st.y * patch_.edge2;
+        vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
+        way[i] = sent(sun_at(light, patch_.position + from[i]).direction, n, ratio);
+        sum += way[i];
+    }
+    tube.start = patch_.position;
+    tube.along = normalize(sum);
+    basis(tube.along, tube.a, tube.b);
+    mat2x3 across = mat2x3(tube.a, tube.b);
+    vec2 at[3];
+    vec2 slope[3];
+    tube.middle = tube.drift = vec2(0.0);
+    for (int i = 0; i < 3; i++) {
+        float forward = dot(way[i], tube.along);
+        if (!(forward > 0.2)) return false;
+        slope[i] = way[i] * across / forward;
+        at[i] = from[i] * across - slope[i] * dot(from[i], tube.along);
+        tube.middle += at[i] / 3.0;
+        tube.drift += slope[i] / 3.0;
+    }
+    bool is_flat = patch_.bend1 == vec3(0.0) && patch_.bend2 == vec3(0.0);
+    float deviation = sqrt(is_flat ? push.flat_spread : push.spread);
+    tube.sharpest = is_flat ? SHARPEST : CURVED_SHARPEST;
+    tube.of_patch = deviation * mat2((at[0] - at[1]) * sqrt(1.0 / 6.0), (at[2] - tube.middle) * sqrt(0.5));
+    tube.patch_growth = deviation * mat2((slope[0] - slope[1]) * sqrt(1.0 / 6.0), (slope[2] - tube.drift) * sqrt(0.5));
+
+    // The light's disc; a disc of radius a has the variance a^2/4.
+    vec3 n = normalize(patch_.normal);
+    vec3 a, b;
+    basis(sun.direction, a, b);
+    a = sent_change(sun.direction, n, a, vec3(0.0), ratio);
+    b = sent_change(sun.direction, n, b, vec3(0.0), ratio);
+    tube.light_growth = 0.5 * sun.angular_radius * mat2(a * across, b * across);
+    return true;
+}
+
+// Variance of the section at the distance s in the direction u.
+float variance_along(Tube tube, vec2 u, float s) {
+    vec2 of_patch = u * (tube.of_patch + s * tube.patch_growth);
+    vec2 of_light = u * (s * tube.light_growth);
+    return dot(of_patch, of_patch) + dot(of_light, of_light);
+}
+
+// Whether light may fall on a node: false only if some line parts the tube, out to the `support` of
+// its kernel, from the node's sphere. The variance is convex in s, so its ends count.
+bool touches(Tube tube, AtlasNode node, float support) {
+    vec3 way = node.centre - tube.start;
+    float s = dot(way, tube.along);
+    bool lit = node.radius >= 0.0 && s + node.radius > 0.0 && dot(node.axis, tube.along) < node.sine;
+    if (!lit) return false;
+    vec2 off = way * mat2x3(tube.a, tube.b) - tube.middle - s * tube.drift;
+    float distance_ = length(off);
+    if (distance_ <= node.radius) return true;
+    vec2 u = off / distance_;
+    float nearer = variance_along(tube, u, max(s - node.radius, 0.0));
+    float farther = variance_along(tube, u, s + node.radius);
+    float reach = sqrt(support * (max(nearer, farther) + node.widest));
+    return distance_ <= reach + node.radius * (1.0 + length(tube.drift));
+}
+
+// A node of the quadtree: level | x << 4 | y << 18.
+uvec3 unpacked(uint node) {
+    return uvec3(node & 15u, node >> 4 & 0x3fffu, node >> 18);
+}
+
+uint packed(uvec3 node) {
+    return node.x | node.y << 4 | node.z << 18;
+}
+
+AtlasNode node_at(Curved receiver, uvec3 node) {
+    uint first = receiver.first_node;
+    for (uint level = 0; level < node.x; level++) first += 1u << 2 * (receiver.levels - level);
+    return atlas_nodes[first + (node.z << receiver.levels - node.x) + node.y];
+}
+
+// The spot on one node, if there is any.
+bool spot_on(Curved receiver, uvec3 place, Tube tube, vec3 flux, vec3 hit, vec3 front, out Spot spot) {
+    AtlasNode node = node_at(receiver, place);
+    float s = max(dot(node.centre - tube.start, tube.along), 0.0);
+    // Coordinates across the ray in which the texels' covariance is that of unit squares, I/12.
+    vec3 ca = vec3(dot(vec3(node.diagonal.x, node.beside.xy), tube.a),
+        dot(vec3(node.beside.x, node.diagonal.y, node.beside.z), tube.a),
+        dot(vec3(node.beside.yz, node.diagonal.z), tube.a));
+    vec3 cb = vec3(dot(vec3(node.diagonal.x, node.beside.xy), tube.b),
+        dot(vec3(node.beside.x, node.diagonal.y, node.beside.z), tube.b),
+        dot(vec3(node.beside.yz, node.diagonal.z), tube.b));
+    float aa = 12.0 * dot(tube.a, ca);
+    float ab = 12.0 * dot(tube.a, cb);
+    float bb = 12.0 * dot(tube.b, cb);
+    float least = THINNEST * (aa + bb);
+    float root_a = sqrt(aa + least);
+    float root_ab = ab / root_a;
+    float root_b = sqrt(max(bb + least - root_ab * root_ab, least));
+    mat2 to_texels = mat2(1.0 / root_a, -root_ab / (root_a * root_b), 0.0, 1.0 / root_b);
+    mat2 of_patch = to_texels * (tube.of_patch + s * tube.patch_growth);
+    mat2 of_light = to_texels * (s * tube.light_growth);
+    Kernel kernel = kernel_for(of_patch, of_light, 1.0 / 12.0, tube.sharpest);
+    if (!(kernel.determinant > 0.0) || !touches(tube, node, kernel.profile.support)) return false;
+
+    vec2 middle = tube.middle + s * tube.drift;
+    uvec2 size = uvec2(LEAF << place.x);
+    uvec2 tile = uvec2(receiver.tile_x, receiver.tile_y);
+    uvec2 low = tile + place.yz * size;
+    uvec2 high = min(low + size, tile + uvec2(receiver.width, receiver.height));
+    spot.centre = tube.start + s * tube.along + middle.x * tube.a + middle.y * tube.b;
+    spot.flatness = kernel.profile.flatness;
+    spot.u = tube.a / root_a;
+    spot.v = (tube.b - root_ab * spot.u) / root_b;
+    spot.before = s;
+    spot.low = low.x | low.y << 16;
+    spot.high = high.x | high.y << 16;
+    spot.along = tube.along;
+    spot.conic = conic_of(kernel);
+    spot.tolerance = 0.5 * sqrt(6.0 * node.widest);
+    spot.peak = flux * (peak_of(kernel) / (root_a * root_b));
+    spot.base = int(receiver.first_texel) - int(tile.x) - int(tile.y * receiver.width);
+    spot.stride = int(receiver.width);
+    spot.hit = hit;
+    spot.front = front;
+    spot.unused = 0.0;
+    return true;
+}
+
+// Writes the spots of a tube with `flux` in W from `slot` on, and returns how many there are.
+uint spots_of(Curved receiver, Tube tube, vec3 flux, vec3 hit, vec3 front, uint slot) {
+    uint now[SLOTS];
+    uint next[SLOTS];
+    uint count = 1;
+    now[0] = packed(uvec3(receiver.levels, 0, 0));
+    for (uint level = receiver.levels; level > 0; level--) {
+        uint found = 0;
+        for (uint i = 0; i < count; i++) {
+            uint others = count - 1 - i;
+            uvec3 node = unpacked(now[i]);
+            uint first = found;
+            bool fits = node.x == level;
+            for (uint child = 0; fits && child < 4; child++) {
+                uvec3 place = uvec3(level - 1, 2 * node.yz + uvec2(child & 1, child >> 1));
+                if (!touches(tube, node_at(receiver, place), WIDEST_SUPPORT)) continue;
+                fits = found + others < SLOTS;
+                if (fits) next[found++] = packed(place);
+            }
+            if (!fits) {
+                found = first;
+                next[found++] = now[i];
+            }
+        }
+        count = found;
+        for (uint i = 0; i < count; i++) now[i] = next[i];
+    }
+    uint written = 0;
+    for (uint i = 0; i < count; i++) {
+        Spot spot;
+        if (spot_on(receiver, unpacked(now[i]), tube, flux, hit, front, spot)) spots[slot + written++] = spot;
+    }
+    return written;
+}
+
+void main() {
+    if (gl_LocalInvocationIndex == 0) group_count = uvec2(0);
+    barrier();
+    uint local = gl_GlobalInvocationID.x;
+    uint count = 0;
+    if (local < push.pair_count) {
+        uint pair = push.first_pair + local;
+        Patch patch_ = patches[pair % push.patch_count];
+        Light light = suns[pair / push.patch_count];
+        Sun sun = sun_at(light, patch_.position);
+        float ratio = turn_toward(patch_, sun.direction);
+        vec3 flux[2];
+        if (flux_of(patch_, light, sun, ratio, flux)) {
+            uint first_slot = local * SLOTS * push.lobes * push.curved_count;
+            for (uint lobe = 0; lobe < push.lobes; lobe++) {
+                Tube tube;
+                if (flux[lobe] == vec3(0.0) || !tube_of(patch_, light, sun, lobe == 0 ? 0.0 : ratio, tube)) continue;
+                vec3 at = vec3(0.0);
+                vec3 front = vec3(0.0);
+                if (push.trace != 0) {
+                    Hit hit = nearest(tube.start, tube.along, patch_.triangle, BLOCKS);
+                    if (hit.triangle != NO_TRIANGLE) {
+                        at = tube.start + hit.distance * tube.along;
+                        front = normalize(cross(triangles[hit.triangle].edge1, triangles[hit.triangle].edge2));
+                        if (dot(front, tube.along) > 0.0) front = -front;
+                    }
+                }
+                for (uint index = 0; index < push.curved_count; index++) {
+                    count += spots_of(curved[index], tube, flux[lobe], at, front, first_slot + count);
+                }
+            }
+        }
+        counts[local] = count;
+    }
+    // A sum of integers does not depend on the order, so the result is the same every time.
+    atomicAdd(group_count.x, count);
+    atomicAdd(group_count.y, min(count, 1));
+    barrier();
+    if (gl_LocalInvocationIndex == 0) group_counts[gl_WorkGroupID.x] = group_count;
+}

@@ -1,0 +1,25 @@
+// dilate: texels around the charts of a curved receiver get what the nearest one in a chart has, so
+// that look-ups between texels stay within the chart.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430, binding = 0) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 1) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
+layout(binding = 2, rgba32f) uniform image2D light_map;
+layout(push_constant) uniform DilatePush {
+    uint curved;         // index
+} push;
+
+void main() {
+    Curved receiver = curved[push.curved];
+    uvec2 texel = gl_GlobalInvocationID.xy;
+    if (texel.x >= receiver.width || texel.y >= receiver.height) return;
+    AtlasTexel own = atlas_texels[receiver.first_texel + texel.y * receiver.width + texel.x];
+    // Sources are in charts, so none is written.
+    if (own.area > 0.0 || own.source == NO_TEXEL) return;
+    uvec2 tile = uvec2(receiver.tile_x, receiver.tile_y);
+    uvec2 source = uvec2(own.source % receiver.width, own.source / receiver.width);
+    imageStore(light_map, ivec2(tile + texel), imageLoad(light_map, ivec2(tile + source)));
+}

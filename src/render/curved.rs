@@ -1,0 +1,108 @@
+//! curved: the images of the lights in the patches on the curved receivers, listed in a fixed order
+//! and added to the light maps; and dilate: light maps continued around their charts.
+
+use super::kernel::{FLAT_SPREAD, SPREAD, profiles};
+use super::layout::{CurvedDrawPush, CurvedPush, DilatePush, Spot};
+use super::listed::Listed;
+use super::upload::DeviceScene;
+use crate::error::Result;
+use crate::gpu::{Access, Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use glam::Vec2;
+use std::sync::Arc;
+
+/// Spots of a patch on a receiver one way; as in curved.comp.
+const SLOTS: u32 = 32;
+
+pub struct Splats {
+    project: Pipeline,
+    draw: Pipeline,
+    pub listed: Listed,
+}
+
+impl Splats {
+    pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
+        let slots = SLOTS * scene.lobes * scene.curved_count();
+        // Only flat receivers have coarser levels.
+        let listed = Listed::new(context, scene, size_of::<Spot>(), slots, 0)?;
+        let profiles = Buffer::with_data(context, "profiles", &profiles())?;
+        let project = scene.compute(
+            context,
+            &shaders::CURVED_COMP,
+            &[
+                ("patches", Resource::Buffer(patches)),
+                ("profiles", Resource::Buffer(&profiles)),
+                ("spots", Resource::Buffer(&listed.thrown)),
+                ("counts", Resource::Buffer(&listed.counts)),
+                ("group_counts", Resource::Buffer(&listed.group_counts)),
+            ],
+        )?;
+        let draw = Pipeline::graphics(
+            context,
+            &shaders::CURVED_VERT,
+            &shaders::CURVED_FRAG,
+            Topology::Triangles,
+            &[
+                ("spots", Resource::Buffer(&listed.thrown)),
+                ("atlas_texels", Resource::Buffer(&scene.atlas_texels)),
+            ],
+        )?;
+        Ok(Self {
+            project,
+            draw,
+            listed,
+        })
+    }
+
+    pub fn record_project(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        (first_pair, pair_count): (u32, u32),
+    ) {
+        let push = CurvedPush {
+            first_pair,
+            pair_count,
+            patch_count: scene.patch_count,
+            curved_count: scene.curved_count(),
+            lobes: scene.lobes,
+            spread: SPREAD,
+            flat_spread: FLAT_SPREAD,
+            trace: u32::from(scene.trace),
+        };
+        recorder.dispatch(&self.project, &push, [pair_count, 1, 1]);
+    }
+
+    pub fn record_draw(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
+        let push = CurvedDrawPush {
+            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
+        };
+        let (quads, arguments) = (&self.listed.quads, &self.listed.arguments);
+        recorder.draw_indexed_indirect(&self.draw, light_map, clear, &push, quads, arguments);
+    }
+}
+
+/// Fills the texels around the charts of an image with the layout of the light maps.
+pub struct Dilate {
+    pipeline: Pipeline,
+}
+
+impl Dilate {
+    pub fn new(context: &Arc<Context>, scene: &DeviceScene, light_map: &Image) -> Result<Self> {
+        let own = [("light_map", Resource::Image(light_map))];
+        let pipeline = scene.compute(context, &shaders::DILATE_COMP, &own)?;
+        Ok(Self { pipeline })
+    }
+
+    /// Waits for `from`, which wrote the image.
+    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, from: Access) {
+        recorder.barrier(from, Access::COMPUTE);
+        for (curved, tile) in scene.curved_tiles().iter().enumerate() {
+            let push = DilatePush {
+                curved: curved as u32,
+            };
+            let [width, height] = tile.size;
+            recorder.dispatch(&self.pipeline, &push, [width, height, 1]);
+        }
+        recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE.and(Access::BLEND));
+    }
+}

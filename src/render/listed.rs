@@ -1,0 +1,105 @@
+//! listed: the room for what the pairs of patch and sun throw, and compact: the list of the slots that
+//! are used, in a fixed order, for one indirect draw.
+
+use super::layout::CompactPush;
+use super::parts::batches;
+use super::upload::{COARSEST, DeviceScene};
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
+use std::sync::Arc;
+
+/// Workgroup size of project.comp, curved.comp and compact.comp.
+const GROUP: u32 = 64;
+/// Pairs of a thread of compact.comp.
+const PAIRS: u32 = 8;
+/// Bytes that what is thrown by one batch may take.
+const MOST_BYTES: u64 = 96 << 20;
+
+pub struct Listed {
+    compact: Pipeline,
+    /// What is thrown: `slots` a pair, the used ones first.
+    pub thrown: Buffer,
+    /// By pair, how many of its slots are used; and of a workgroup, beside its pairs that use any.
+    pub counts: Buffer,
+    pub group_counts: Buffer,
+    /// Index buffer of the listed quads.
+    pub quads: Buffer,
+    /// A `VkDrawIndexedIndirectCommand` over the quads, their number, and that of the pairs
+    /// that have any.
+    pub arguments: Buffer,
+    /// Bit l is set for receivers that have footprints in level l of their light map.
+    pub coarse: Buffer,
+    /// A `VkDispatchIndirectCommand` for every step of resolve, by the level that is added to.
+    pub steps: Buffer,
+    /// Pairs of a batch.
+    batch: u32,
+    /// Of a pair.
+    slots: u32,
+    /// Receivers that have coarser levels.
+    receiver_count: u32,
+}
+
+impl Listed {
+    /// `slots` of a pair, of `slot_bytes` each; `receiver_count` receivers with coarser levels.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &DeviceScene,
+        slot_bytes: usize,
+        slots: u32,
+        receiver_count: u32,
+    ) -> Result<Self> {
+        let pairs = scene.patch_room * scene.sun_count;
+        let bytes = slot_bytes as u64 * u64::from(slots);
+        let most = MOST_BYTES.min(context.max_storage_bytes()) / bytes;
+        let batch = (most as u32 / GROUP * GROUP)
+            .max(GROUP)
+            .min(pairs.next_multiple_of(GROUP));
+
+        let thrown = Buffer::new(context, "thrown", u64::from(batch) * bytes)?;
+        let counts = Buffer::new(context, "counts", 4 * u64::from(batch))?;
+        let group_counts = Buffer::new(context, "group counts", 8 * u64::from(batch / GROUP))?;
+        let quads = Buffer::new(context, "quads", 24 * u64::from(batch) * u64::from(slots))?;
+        let arguments = Buffer::new(context, "draw arguments", 28)?;
+        let coarse = Buffer::new(context, "coarse levels", 4 * u64::from(receiver_count))?;
+        let steps = Buffer::new(context, "resolve steps", 12 * u64::from(COARSEST))?;
+        let compact = scene.compute(
+            context,
+            &shaders::COMPACT_COMP,
+            &[
+                ("counts", Resource::Buffer(&counts)),
+                ("group_counts", Resource::Buffer(&group_counts)),
+                ("quads", Resource::Buffer(&quads)),
+                ("arguments", Resource::Buffer(&arguments)),
+                ("coarse", Resource::Buffer(&coarse)),
+                ("steps", Resource::Buffer(&steps)),
+            ],
+        )?;
+        Ok(Self {
+            compact,
+            thrown,
+            counts,
+            group_counts,
+            quads,
+            arguments,
+            coarse,
+            steps,
+            batch,
+            slots,
+            receiver_count,
+        })
+    }
+
+    /// (first pair, pairs): pairs are patch × sun.
+    pub fn batches(&self, scene: &DeviceScene) -> Vec<(u32, u32)> {
+        batches(scene.patch_count * scene.sun_count, self.batch).collect()
+    }
+
+    pub fn record(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
+        let push = CompactPush {
+            pair_count,
+            slots: self.slots,
+            receiver_count: self.receiver_count,
+        };
+        recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(PAIRS), 1, 1]);
+    }
+}

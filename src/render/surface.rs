@@ -1,0 +1,306 @@
+//! surface: the curved receivers as the shaders see them: what lies in each texel of their light maps,
+//! where rays start, and the quadtree in which light finds the texels that it falls on.
+
+use super::layout::{AtlasNode, AtlasSamples, AtlasTexel, Curved, LEAF, NO_TEXEL, NO_TRIANGLE};
+use super::soup::{Soup, packed};
+use super::upload::Tile;
+use crate::error::{Error, Result};
+use crate::scene::{Atlas, Mesh, NoLayout, Scene};
+use glam::{DMat3, DVec2, DVec3, UVec4};
+use std::f64::consts::FRAC_PI_2;
+
+/// Texels and nodes that 32 bits count with room to spare.
+const MOST_TEXELS: usize = 1 << 28;
+
+/// Of all curved receivers, in the order of their tiles.
+#[derive(Default)]
+pub struct Surfaces {
+    pub curved: Vec<Curved>,
+    pub texels: Vec<AtlasTexel>,
+    pub samples: Vec<AtlasSamples>,
+    pub nodes: Vec<AtlasNode>,
+}
+
+/// The layouts of the curved receivers by object.
+///
+/// # Errors
+/// [`Error::Usage`] where a mesh cannot be laid out.
+pub fn atlases(scene: &Scene) -> Result<Vec<Option<Atlas>>> {
+    let mut atlases = vec![None; scene.objects.len()];
+    for (index, _, size) in scene.curved_receivers() {
+        let found = Atlas::of(&scene.objects[index], size);
+        atlases[index] = Some(found.map_err(NoLayout::into_error)?.0);
+    }
+    Ok(atlases)
+}
+
+/// # Errors
+/// [`Error::Usage`] where the light maps together have too many texels.
+pub fn surfaces(
+    scene: &Scene,
+    tiles: &[Tile],
+    atlases: &[Option<Atlas>],
+    soup: &Soup,
+) -> Result<Surfaces> {
+    let mut all = Surfaces::default();
+    for ((object, mesh, size), tile) in scene.curved_receivers().zip(tiles) {
+        let atlas = atlases[object].as_ref().expect("laid out");
+        let surface = Surface::new(atlas, mesh, soup.origin);
+        let sides = size.map(|side| side.div_ceil(LEAF));
+        let levels = sides[0].max(sides[1]).next_power_of_two().ilog2();
+        all.curved.push(Curved {
+            tile_x: tile.origin[0],
+            tile_y: tile.origin[1],
+            width: size[0],
+            height: size[1],
+            first_texel: all.texels.len() as u32,
+            first_node: all.nodes.len() as u32,
+            levels,
+            ..Default::default()
+        });
+        all.nodes.extend(surface.nodes(levels));
+        all.texels.extend(surface.texels);
+        all.samples.extend(samples(atlas, soup.places(object)));
+        if all.texels.len() > MOST_TEXELS {
+            return Err(Error::Usage {
+                reason: format!("the light maps of meshes have more than {MOST_TEXELS} texels"),
+                remedy: "ask for smaller light maps".into(),
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Points on the triangles in the quarters of every texel.
+fn samples(atlas: &Atlas, places: &[u32]) -> impl Iterator<Item = AtlasSamples> {
+    let [width, height] = atlas.size();
+    (0..(width * height) as usize).map(move |texel| {
+        let (mut triangles, mut weights) = (UVec4::splat(NO_TRIANGLE), UVec4::ZERO);
+        // The last of a quarter's pieces stays; any would do.
+        for piece in atlas.pieces(texel) {
+            let quarter = piece.quarter as usize;
+            triangles[quarter] = places[piece.triangle as usize];
+            weights[quarter] = packed(piece.weights);
+        }
+        AtlasSamples { triangles, weights }
+    })
+}
+
+/// One receiver's.
+struct Surface {
+    size: [u32; 2],
+    texels: Vec<AtlasTexel>,
+    /// Of what lies in them, seen as the images of whole squares, m².
+    covariances: Vec<DMat3>,
+}
+
+impl Surface {
+    fn new(atlas: &Atlas, mesh: &Mesh, origin: DVec3) -> Self {
+        let found = atlas.texels(mesh);
+        let width = atlas.size()[0] as usize;
+        // The images of a texel's sides by the map of a triangle.
+        let sides = |triangle: u32, place: DVec2| {
+            let at = |place| mesh.point(triangle as usize, atlas.weights_at(triangle, place));
+            let corner = at(place);
+            [at(place + DVec2::X) - corner, at(place + DVec2::Y) - corner]
+        };
+        let middle =
+            |texel: usize| DVec2::new((texel % width) as f64 + 0.5, (texel / width) as f64 + 0.5);
+        let largest = |texel: usize| {
+            let area = |triangle: u32| mesh.vector_area(triangle as usize).length();
+            (atlas.pieces(texel).iter())
+                .max_by(|a, b| {
+                    let [a, b] = [a, b].map(|piece| piece.share * area(piece.triangle));
+                    a.total_cmp(&b)
+                })
+                .map(|piece| piece.triangle)
+        };
+        let mut texels: Vec<AtlasTexel> = (found.iter())
+            .map(|texel| AtlasTexel {
+                position: (texel.position - origin).as_vec3(),
+                area: texel.area as f32,
+                normal: texel.normal.as_vec3(),
+                source: NO_TEXEL,
+            })
+            .collect();
+        let mut covariances: Vec<DMat3> = (0..texels.len())
+            .map(|texel| {
+                let Some(triangle) = largest(texel) else {
+                    return DMat3::ZERO;
+                };
+                let [u, v] = sides(triangle, middle(texel));
+                let outer = |a: DVec3| DMat3::from_cols(a.x * a, a.y * a, a.z * a);
+                (outer(u) + outer(v)) * (1.0 / 12.0)
+            })
+            .collect();
+        // The surface at the middle of `texel`, continued from the centroid of what lies in `source`.
+        let continued = |source: usize, texel: usize| {
+            let triangle = largest(source).expect("a texel in a chart");
+            let [u, v] = sides(triangle, middle(source));
+            let way = middle(texel) - atlas.centroid(mesh, source);
+            (found[source].position + way.x * u + way.y * v - origin).as_vec3()
+        };
+        // Texels that a chart covers in part show the light at their middle all the same, and texels
+        // around the charts continue them, or else looking up between texels would show the seams.
+        for (index, texel) in texels.iter_mut().enumerate() {
+            if !atlas.pieces(index).is_empty() {
+                texel.position = continued(index, index);
+            }
+        }
+        for (texel, source) in atlas.around() {
+            texels[texel] = AtlasTexel {
+                position: continued(source, texel),
+                area: 0.0,
+                normal: found[source].normal.as_vec3(),
+                source: source as u32,
+            };
+            covariances[texel] = covariances[source];
+        }
+        Self {
+            size: atlas.size(),
+            texels,
+            covariances,
+        }
+    }
+
+    /// The quadtree, level by level from the leaves, each row by row.
+    fn nodes(&self, levels: u32) -> Vec<AtlasNode> {
+        let side = 1usize << levels;
+        let mut level: Vec<Node> = (0..side * side)
+            .map(|index| self.leaf((index % side) as u32, (index / side) as u32))
+            .collect();
+        let mut nodes: Vec<AtlasNode> = level.iter().map(Node::on_device).collect();
+        for step in 1..=levels {
+            let side = 1usize << (levels - step);
+            level = (0..side * side)
+                .map(|index| {
+                    let first = 4 * side * (index / side) + 2 * (index % side);
+                    Node::around([0, 1, 2 * side, 2 * side + 1].map(|child| level[first + child]))
+                })
+                .collect();
+            nodes.extend(level.iter().map(Node::on_device));
+        }
+        nodes
+    }
+
+    fn leaf(&self, x: u32, y: u32) -> Node {
+        let [width, height] = self.size;
+        let rows = (LEAF * y).min(height)..(LEAF * (y + 1)).min(height);
+        let columns = (LEAF * x).min(width)..(LEAF * (x + 1)).min(width);
+        let texels: Vec<usize> = rows
+            .flat_map(|row| {
+                columns
+                    .clone()
+                    .map(move |column| (row * width + column) as usize)
+            })
+            .filter(|&texel| self.texels[texel].normal != glam::Vec3::ZERO)
+            .collect();
+        let position = |texel: &usize| self.texels[*texel].position.as_dvec3();
+        let normal = |texel: &usize| self.texels[*texel].normal.as_dvec3().normalize();
+        let bound = |pick: fn(DVec3, DVec3) -> DVec3| texels.iter().map(position).reduce(pick);
+        let (Some(low), Some(high)) = (bound(DVec3::min), bound(DVec3::max)) else {
+            return Node::EMPTY;
+        };
+        let centre = 0.5 * (low + high);
+        let radius = (texels.iter()).map(|t| position(t).distance(centre));
+        let axis = (texels.iter().map(normal).sum::<DVec3>()).normalize_or_zero();
+        let angle = (texels.iter()).map(|t| normal(t).dot(axis).clamp(-1.0, 1.0).acos());
+        let trace = |t: &usize| {
+            let c = self.covariances[*t];
+            c.x_axis.x + c.y_axis.y + c.z_axis.z
+        };
+        Node {
+            count: texels.len() as f64,
+            low,
+            high,
+            centre,
+            radius: radius.fold(0.0, f64::max),
+            covariance: texels.iter().map(|t| self.covariances[*t]).sum(),
+            widest: texels.iter().map(trace).fold(0.0, f64::max),
+            axis,
+            angle: angle.fold(0.0, f64::max),
+        }
+    }
+}
+
+/// A square of texels.
+#[derive(Clone, Copy)]
+struct Node {
+    /// Texels.
+    count: f64,
+    low: DVec3,
+    high: DVec3,
+    centre: DVec3,
+    radius: f64,
+    /// Sum of the texels'.
+    covariance: DMat3,
+    widest: f64,
+    axis: DVec3,
+    /// From the axis to any normal, at most, rad.
+    angle: f64,
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        count: 0.0,
+        low: DVec3::INFINITY,
+        high: DVec3::NEG_INFINITY,
+        centre: DVec3::ZERO,
+        radius: 0.0,
+        covariance: DMat3::ZERO,
+        widest: 0.0,
+        axis: DVec3::ZERO,
+        angle: 0.0,
+    };
+
+    fn around(children: [Self; 4]) -> Self {
+        let filled = || children.iter().filter(|child| child.count > 0.0);
+        if filled().next().is_none() {
+            return Self::EMPTY;
+        }
+        let low = filled().map(|c| c.low).fold(DVec3::INFINITY, DVec3::min);
+        let high = filled()
+            .map(|c| c.high)
+            .fold(DVec3::NEG_INFINITY, DVec3::max);
+        let centre = 0.5 * (low + high);
+        let radius = filled().map(|c| c.centre.distance(centre) + c.radius);
+        let axis = (filled().map(|c| c.count * c.axis).sum::<DVec3>()).normalize_or_zero();
+        let angle = filled().map(|c| c.axis.dot(axis).clamp(-1.0, 1.0).acos() + c.angle);
+        Self {
+            count: filled().map(|c| c.count).sum(),
+            low,
+            high,
+            centre,
+            radius: (radius.fold(0.0, f64::max)).min(0.5 * low.distance(high)),
+            covariance: filled().map(|c| c.covariance).sum(),
+            widest: filled().map(|c| c.widest).fold(0.0, f64::max),
+            axis,
+            angle: angle.fold(0.0, f64::max),
+        }
+    }
+
+    fn on_device(&self) -> AtlasNode {
+        if self.count == 0.0 {
+            return AtlasNode {
+                radius: -1.0,
+                ..Default::default()
+            };
+        }
+        // Room for rounding to 32 bits.
+        const ROOM: f64 = 1.0 + 1e-5;
+        let c = self.covariance * (1.0 / self.count);
+        AtlasNode {
+            centre: self.centre.as_vec3(),
+            radius: (self.radius * ROOM) as f32,
+            diagonal: DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z).as_vec3(),
+            widest: self.widest as f32,
+            beside: DVec3::new(c.x_axis.y, c.x_axis.z, c.y_axis.z).as_vec3(),
+            sine: match self.angle < FRAC_PI_2 && self.axis != DVec3::ZERO {
+                true => (self.angle.sin() * ROOM) as f32,
+                false => 2.0,
+            },
+            axis: self.axis.as_vec3(),
+            ..Default::default()
+        }
+    }
+}
