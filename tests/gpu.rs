@@ -129,18 +129,18 @@ fn an_image_beyond_the_limit_is_an_error() {
     }
 }
 
-/// One queue, several threads: the layers report unlocked use.
+/// One queue, several threads: the layers report unlocked use. Command pools are made before and
+/// destroyed after, for layers 1.3.239 can crash when one thread does so while others submit.
 #[test]
 fn threads_share_the_queue() {
     let device = Device::open();
+    let mut recorders: Vec<_> = (0..4).map(|_| Recorder::new(&device.0).unwrap()).collect();
     std::thread::scope(|scope| {
-        for thread in 0..4u32 {
-            let context = &device.0;
+        for recorder in &mut recorders {
             scope.spawn(move || {
-                for round in 0..20 {
-                    let data = [thread, round];
-                    let buffer = Buffer::with_data(context, "shared", &data).unwrap();
-                    assert_eq!(buffer.read::<u32>(2).unwrap(), data);
+                for _ in 0..100 {
+                    recorder.pass("shared", |_| {}).unwrap();
+                    recorder.submit().unwrap();
                 }
             });
         }
