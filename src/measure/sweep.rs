@@ -16,9 +16,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// A setting with slower frames is measured once, and nothing finer, s.
+/// A setting with slower frames is measured once, s.
+const ONCE: f64 = 0.5;
+/// Nothing finer is measured than a setting with slower frames, s.
 const SLOW: f64 = 1.0;
-/// The same for `points`, the baseline, so that it comes as far as what it is compared with.
+/// The same for `points`, the baseline, on [`Plan::main_side`] as long as it is not yet at [`EQUAL`],
+/// so that it comes as far as what it is compared with.
 const SLOW_POINTS: f64 = 4.0;
 /// And for `pinhole`, which has four curves, and whose frames grow with texels times patches.
 const SLOW_PINHOLE: f64 = 0.25;
@@ -154,10 +157,19 @@ struct Curve {
     floor: &'static str,
     /// Frames that take longer end the curve, s.
     slow_frame: f64,
+    /// The same on [`Plan::main_side`], until the error is at [`EQUAL`], s.
+    slow_to_equal: f64,
     /// Whether one light map, [`Plan::main_side`], says all.
     main_only: bool,
-    /// Samples and texels of frames slower than [`SLOW`].
-    slow: Vec<[u64; 2]>,
+    /// Settings whose frames were slower than [`Curve::slow_frame`].
+    slow: Vec<Slow>,
+}
+
+struct Slow {
+    samples: u32,
+    texels: u64,
+    /// Of a frame, s.
+    time: f64,
 }
 
 fn curves(method: Method) -> Vec<Curve> {
@@ -169,6 +181,7 @@ fn curves(method: Method) -> Vec<Curve> {
         },
         floor,
         slow_frame: SLOW,
+        slow_to_equal: SLOW,
         main_only: false,
         slow: Vec::new(),
     };
@@ -179,7 +192,7 @@ fn curves(method: Method) -> Vec<Curve> {
              too coarse",
         )],
         Method::Points => vec![Curve {
-            slow_frame: SLOW_POINTS,
+            slow_to_equal: SLOW_POINTS,
             ..curve(
                 "points",
                 "noise, which falls with the number of points alone",
@@ -206,6 +219,7 @@ fn curves(method: Method) -> Vec<Curve> {
             curve.settings.epsilon = epsilon;
             curve.settings.filter = filter;
             curve.slow_frame = SLOW_PINHOLE;
+            curve.slow_to_equal = SLOW_PINHOLE;
             curve
         })
         .collect(),
@@ -241,11 +255,18 @@ fn pinhole_reason(epsilon: f32, filter: bool) -> &'static str {
 }
 
 impl Curve {
-    /// Whether a setting at most as fine took too long already.
-    fn is_too_slow(&self, samples: u32, texels: u64) -> bool {
-        (self.slow.iter()).any(|&[slow_samples, slow_texels]| {
-            u64::from(samples) >= slow_samples && texels >= slow_texels
-        })
+    /// Frames that take longer, after `last`, end the curve, s.
+    fn limit(&self, is_main: bool, last: Option<&Point>) -> f64 {
+        match is_main && last.is_none_or(|last| last.l1 > EQUAL) {
+            true => self.slow_to_equal,
+            false => self.slow_frame,
+        }
+    }
+
+    /// Whether a setting at most as fine had slower frames than `limit`, s.
+    fn is_too_slow(&self, samples: u32, texels: u64, limit: f64) -> bool {
+        (self.slow.iter())
+            .any(|slow| samples >= slow.samples && texels >= slow.texels && slow.time > limit)
     }
 }
 
@@ -302,6 +323,7 @@ pub fn sweep(
     let (mut done, mut charts) = (0, Vec::new());
     for side in plan.sides_for(scene, receiver) {
         let texels = plan.texels(scene, receiver, side);
+        let is_main = side == plan.main_side;
         let truth = Truth::new(reference, texels);
         let scene = with_light_map(scene, receiver, texels);
         let mut measured: Vec<Vec<Measured>> = curves.iter().map(|_| Vec::new()).collect();
@@ -315,7 +337,8 @@ pub fn sweep(
             });
             done += 1;
             let area = u64::from(texels[0]) * u64::from(texels[1]);
-            if curve.is_too_slow(samples, area) {
+            let last = measured[index].last().map(|last| &last.point);
+            if curve.is_too_slow(samples, area, curve.limit(is_main, last)) {
                 continue;
             }
             let settings = Settings {
@@ -328,14 +351,18 @@ pub fn sweep(
                 // There is at least one patch a triangle, and frames would take minutes.
                 continue;
             }
-            let same = measured[index].last();
-            if same.is_some_and(|last| last.point.samples == u64::from(renderer.samples())) {
+            if last.is_some_and(|last| last.samples == u64::from(renderer.samples())) {
                 // There is at least one patch a triangle, however few are asked for.
                 continue;
             }
             let timing = time_frames(&mut renderer, plan.seconds, cancel)?;
-            if timing.wall.median > curve.slow_frame {
-                curve.slow.push([samples.into(), area]);
+            let time = timing.wall.median;
+            if time > curve.slow_frame {
+                curve.slow.push(Slow {
+                    samples,
+                    texels: area,
+                    time,
+                });
             }
             let map = renderer.read_caustic(receiver)?;
             let point = truth.judge(&map, &settings, renderer.samples(), timing)?;
@@ -345,7 +372,7 @@ pub fn sweep(
             });
         }
         let strips = strips(&curves, &measured, &truth);
-        let verdicts = verdicts(&curves, &measured, &truth, &scene, &left_out);
+        let verdicts = verdicts(&curves, &measured, is_main, &truth, &scene, &left_out);
         let series: Vec<Series> = (curves.iter().zip(measured))
             .filter(|(_, measured)| !measured.is_empty())
             .map(|(curve, measured)| Series {
@@ -385,7 +412,7 @@ fn missing_light(scene: &Scene, method: Method) -> Option<Missing> {
         .filter(|light| is_environment(&light.kind))
         .count();
     match (method, scene.lights.len() - environments, environments) {
-        (Method::Pinhole, ..) | (_, _, 0) => None,
+        (Method::Pinhole | Method::Footprint, ..) | (_, _, 0) => None,
         (_, 0, _) => Some(Missing::All),
         _ => Some(Missing::Environment),
     }
@@ -495,7 +522,7 @@ fn time_frames(renderer: &mut Renderer, seconds: f64, cancel: &AtomicBool) -> Re
     renderer.wait_each_pass(true);
     let (first, gpu, passes) = frame(renderer)?;
     renderer.wait_each_pass(false);
-    if first > SLOW {
+    if first > ONCE {
         return Ok(Timing {
             wall: Spread::of(&[first]),
             gpu: gpu_time(vec![gpu]),
@@ -627,6 +654,7 @@ fn at_equal_error(curves: &[Curve], measured: &[Vec<Measured>]) -> Option<String
 fn verdicts(
     curves: &[Curve],
     measured: &[Vec<Measured>],
+    is_main: bool,
     truth: &Truth,
     scene: &Scene,
     dark: &[&str],
@@ -635,7 +663,7 @@ fn verdicts(
     let mut slow = Vec::new();
     for (curve, measured) in curves.iter().zip(measured) {
         let lacks_light = missing_light(scene, curve.settings.method).is_some();
-        match verdict(curve, measured, truth, lacks_light) {
+        match verdict(curve, measured, is_main, truth, lacks_light) {
             Some(verdict) => verdicts.push(verdict),
             None if !curve.main_only => slow.push(curve.label),
             None => {}
@@ -657,6 +685,7 @@ fn verdicts(
 fn verdict(
     curve: &Curve,
     measured: &[Measured],
+    is_main: bool,
     truth: &Truth,
     lacks_light: bool,
 ) -> Option<String> {
@@ -688,11 +717,9 @@ fn verdict(
     } else {
         "it needs more samples".into()
     };
-    let slow = match best.wall.median > curve.slow_frame || !curve.slow.is_empty() {
-        true => format!(
-            "; finer settings take more than {} s a frame",
-            curve.slow_frame
-        ),
+    let limit = curve.limit(is_main, Some(best));
+    let slow = match curve.slow.iter().any(|slow| slow.time > limit) {
+        true => format!("; finer settings take more than {limit} s a frame"),
         false => String::new(),
     };
     Some(format!(
@@ -744,9 +771,14 @@ mod tests {
     #[test]
     fn finer_than_slow_is_too_slow() {
         let mut curve = curves(Method::Points).remove(0);
-        curve.slow.push([1000, 64]);
-        assert!(curve.is_too_slow(1000, 64) && curve.is_too_slow(4000, 256));
-        assert!(!curve.is_too_slow(999, 256) && !curve.is_too_slow(4000, 63));
+        curve.slow.push(Slow {
+            samples: 1000,
+            texels: 64,
+            time: 2.0,
+        });
+        assert!(curve.is_too_slow(1000, 64, 1.0) && curve.is_too_slow(4000, 256, 1.0));
+        assert!(!curve.is_too_slow(999, 256, 1.0) && !curve.is_too_slow(4000, 63, 1.0));
+        assert!(!curve.is_too_slow(1000, 64, 4.0));
     }
 
     #[test]
