@@ -93,13 +93,12 @@ bool tube_of(Patch patch_, Light light, Sun sun, float ratio, out Tube tube) {
     tube.of_patch = deviation * mat2((at[0] - at[1]) * sqrt(1.0 / 6.0), (at[2] - tube.middle) * sqrt(0.5));
     tube.patch_growth = deviation * mat2((slope[0] - slope[1]) * sqrt(1.0 / 6.0), (slope[2] - tube.drift) * sqrt(0.5));
 
-    // The light's disc; a disc of radius a has the variance a^2/4.
     vec3 n = normalize(patch_.normal);
     vec3 a, b;
-    basis(sun.direction, a, b);
+    axes_of(light, sun, a, b);
     a = sent_change(sun.direction, n, a, vec3(0.0), ratio);
     b = sent_change(sun.direction, n, b, vec3(0.0), ratio);
-    tube.light_growth = 0.5 * sun.angular_radius * mat2(a * across, b * across);
+    tube.light_growth = mat2(a * across, b * across);
     return true;
 }
 

@@ -19,12 +19,15 @@ layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // by receiver: b
 layout(push_constant) uniform ProjectPush {
     uint first_pair;     // of this batch; a pair is light * patch_count + patch
     uint pair_count;     // in this batch
+    uint first_patch;    // of those that light is imaged by
     uint patch_count;
+    uint first_light;
     uint receiver_count;
     uint lobes;          // 1: mirrored light; 2: and refracted light
     float spread;        // variance of the kernel over that of the patch
     float flat_spread;   // where the patch is flat
     uint trace;          // 0: nothing can block
+    uint merged;         // 1: patches are merged from many triangles, and large
 } push;
 
 #include "trace.glsl"
@@ -38,6 +41,10 @@ shared uvec2 group_count;
 
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float FEW_TEXELS = 36.0;
+// Footprints of merged patches whose ends are seen at less than this angle, rad, are spread on the plane.
+const float NARROW = 0.05;
+// The coarsest level for footprints of merged patches that end in a line.
+const int SHARP_LEVEL = 1;
 
 // The part of the plane that rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) from
 // its centre. To first order they meet the plane at d, by perspective at d / (1 + g.d).
@@ -64,54 +71,75 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
     vec3 m = receiver.normal;
     // A patch may touch the receiver, its centroid must be before it.
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return 0;
-    vec2 image[3];
-    vec2 centre = vec2(0.0);
-    float mean_distance = 0.0;
-    for (int i = 0; i < 3; i++) {
-        vec2 st = MIDPOINTS[i];
-        vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
-        vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        vec3 r = sent(sun_at(light, x).direction, n, ratio);
-        float along = dot(r, m);
-        float away = dot(receiver.origin - x, m);
-        // The ray must run toward the front of the plane.
-        if (along >= -1e-6) return 0;
-        float d = away / along;
-        image[i] = to_texels(receiver, x + d * r);
-        centre += image[i] / 3.0;
-        mean_distance += d / 3.0;
-    }
+    vec3 normal = normalize(patch_.normal);
+    vec3 r = sent(sun.direction, normal, ratio);
+    // The ray must run toward the front of the plane.
+    if (dot(r, m) >= -1e-6) return 0;
     // A flat patch images its surroundings as evenly as itself: the wide kernel, whose sum is even to
     // 0.1 %, blurs nothing but the mirror's edge.
     bool is_flat = patch_.bend1 == vec3(0.0) && patch_.bend2 == vec3(0.0);
     float deviation = sqrt(is_flat ? push.flat_spread : push.spread);
-    mat2 of_patch = deviation * mat2(
-        (image[0] - image[1]) * sqrt(1.0 / 6.0),
-        (image[2] - centre) * sqrt(0.5));
+    vec2 centre = vec2(0.0);
+    float mean_distance = 0.0;
+    mat2 of_patch;
+    if (push.merged == 0) {
+        vec2 image[3];
+        for (int i = 0; i < 3; i++) {
+            vec2 st = MIDPOINTS[i];
+            vec3 x = patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2;
+            vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
+            vec3 way = sent(sun_at(light, x).direction, n, ratio);
+            float along = dot(way, m);
+            if (along >= -1e-6) return 0;
+            float d = dot(receiver.origin - x, m) / along;
+            image[i] = to_texels(receiver, x + d * way);
+            centre += image[i] / 3.0;
+            mean_distance += d / 3.0;
+        }
+        of_patch = mat2((image[0] - image[1]) * sqrt(1.0 / 6.0), (image[2] - centre) * sqrt(0.5));
+    } else {
+        // By derivatives, as rays from the ends of a large patch may miss the plane.
+        mean_distance = dot(receiver.origin - patch_.position, m) / dot(r, m);
+        centre = to_texels(receiver, patch_.position + mean_distance * r);
+        for (int i = 0; i < 2; i++) {
+            vec2 st = i == 0 ? vec2(0.5, -0.5) * sqrt(1.0 / 6.0) : vec2(sqrt(0.5) / 6.0);
+            vec3 bend = normalize_change(patch_.normal, st.x * patch_.bend1 + st.y * patch_.bend2);
+            vec3 change = st.x * patch_.edge1 + st.y * patch_.edge2
+                + mean_distance * sent_change(sun.direction, normal, vec3(0.0), bend, ratio);
+            of_patch[i] = texel_direction(receiver, change - r * (dot(change, m) / dot(r, m)));
+        }
+    }
+    of_patch *= deviation;
 
-    // The sun's disc becomes a cone about r; its section with the plane. A disc of radius a has the
-    // variance a^2/4.
-    vec3 middle = normalize(patch_.normal);
-    vec3 r = sent(sun.direction, middle, ratio);
-    if (dot(r, m) >= -1e-6) return 0;
+    // The light's directions become a cone about r; its section with the plane.
     vec3 a, b;
-    basis(sun.direction, a, b);
-    a = sent_change(sun.direction, middle, a, vec3(0.0), ratio);
-    b = sent_change(sun.direction, middle, b, vec3(0.0), ratio);
-    float spread = 0.5 * sun.angular_radius * mean_distance;
+    axes_of(light, sun, a, b);
+    a = mean_distance * sent_change(sun.direction, normal, a, vec3(0.0), ratio);
+    b = mean_distance * sent_change(sun.direction, normal, b, vec3(0.0), ratio);
     mat2 of_light = mat2(
-        texel_direction(receiver, spread * (a - r * (dot(a, m) / dot(r, m)))),
-        texel_direction(receiver, spread * (b - r * (dot(b, m) / dot(r, m)))));
+        texel_direction(receiver, a - r * (dot(a, m) / dot(r, m))),
+        texel_direction(receiver, b - r * (dot(b, m) / dot(r, m))));
     Kernel kernel = kernel_for(of_patch, of_light, 1.0 / 12.0, is_flat ? SHARPEST : CURVED_SHARPEST);
+
+    // The patch throws its light to one side of its own plane, which cuts the receiver in the line
+    // 1 + edge.d = 0. What of the footprint lies beyond is folded back: a second footprint, the
+    // first mirrored at the line in the metric of the conic, and both only before the line. That
+    // keeps the flux and, where patches end in the line, the evenness of their sum.
+    vec3 ahead = from_texels(receiver, centre) - patch_.position;
+    vec3 n = cross(patch_.edge1, patch_.edge2) * (ratio == 0.0 ? 1.0 : -1.0);
+    float before = dot(n, ahead);
+    vec2 edge = vec2(
+        dot(n, receiver.edge_u) / float(receiver.width),
+        -dot(n, receiver.edge_v) / float(receiver.height)) / before;
+    bool folded = before > 0.0 && quadratic2(kernel.profile.support * kernel.covariance, edge) > 1.0;
 
     // A footprint whose standard deviation is 2^l texels or more everywhere goes to level l, where
     // it covers fewer texels. Interpolation adds the variance (4^l - 1)/4, so it is taken off
-    // before.
+    // before. One of a large patch that ends in a line stays where that is sharp.
     float variance = min(minor_variance(kernel), 1e6);
-    int level = clamp(findMSB(uint(variance)) / 2, 0, coarsest_level(receiver));
+    int level = clamp(findMSB(uint(variance)) / 2, 0, min(coarsest_level(receiver), folded && push.merged != 0 ? SHARP_LEVEL : COARSEST));
     Level tile = level_of(receiver, level);
     float scale = 1.0 / float(1 << level);
-    vec3 ahead = from_texels(receiver, centre) - patch_.position;
     vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
     vec2 target_texel = clamp(centre, origin, origin + vec2(receiver.width, receiver.height));
     vec3 target = from_texels(receiver, target_texel);
@@ -122,33 +150,50 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
     vec2 around = vec2(level > 0 ? 1.0 : 0.0);
     vec2 tile_low = vec2(tile.origin) - around;
     vec2 tile_high = vec2(tile.origin + tile.size) + around;
-    vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
-    vec2 low = clamp(centre - half_size, tile_low, tile_high);
-    vec2 high = clamp(centre + half_size, tile_low, tile_high);
-    vec2 g = vec2(
-        -dot(r, receiver.edge_u) / float(receiver.width),
-        dot(r, receiver.edge_v) / float(receiver.height)) / (mean_distance * scale);
-    vec4 reached = reach_of(kernel.profile.support * kernel.covariance, g) + centre.xyxy;
-    if (any(greaterThan(reached.xy, tile_high)) || any(lessThan(reached.zw, tile_low))) return 0;
     vec3 conic = conic_of(kernel);
+    vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
+    vec2 low = centre - half_size;
+    vec2 high = centre + half_size;
+    vec2 box = ceil(high) - floor(low) - 0.5;
+    bool is_small = box.x * box.y <= FEW_TEXELS;
+
+    // What spreads by direction, not by the patch's own size, is wide: d^T conic d <= s^2 is its ellipse.
+    vec2 texel_u = vec2(length(receiver.edge_u) / float(receiver.width), length(receiver.edge_v) / float(receiver.height));
+    vec2 bulge = texel_u * texel_u / (mean_distance * mean_distance * scale * scale);
+    vec2 slant = vec2(
+        dot(r, receiver.edge_u) / float(receiver.width),
+        -dot(r, receiver.edge_v) / float(receiver.height)) / (mean_distance * scale);
+    bool is_wide = push.merged != 0 && !folded && !is_small && dot(abs(slant) + sqrt(bulge), half_size) > NARROW;
+    if (is_wide) {
+        vec3 q = conic - vec3(bulge.x, 0.0, bulge.y);
+        float determinant = q.x * q.z - q.y * q.y;
+        low = tile_low;
+        high = tile_high;
+        if (q.x > 0.0 && determinant > 1e-3 * q.x * q.z) {
+            vec3 inverse = vec3(q.z, -q.y, q.x) / determinant;
+            vec2 middle = centre + vec2(inverse.x * slant.x + inverse.y * slant.y, inverse.y * slant.x + inverse.z * slant.y);
+            half_size = sqrt((1.0 + quadratic2(inverse, slant)) * inverse.xz);
+            low = middle - half_size;
+            high = middle + half_size;
+        }
+    } else {
+        vec4 reached = reach_of(kernel.profile.support * kernel.covariance, -slant) + centre.xyxy;
+        if (any(greaterThan(reached.xy, tile_high)) || any(lessThan(reached.zw, tile_low))) return 0;
+        bulge = slant = vec2(0.0);
+    }
+    low = clamp(low, tile_low, tile_high);
+    high = clamp(high, tile_low, tile_high);
     if (!(all(lessThan(low, high)) && kernel.determinant > 0.0)) return 0;
 
     // Visibility from the patch to the point of the receiver that is nearest to the centre.
     if (push.trace != 0 && occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return 0;
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
-    // The patch throws its light to one side of its own plane, which cuts the receiver in the line
-    // 1 + edge.d = 0. What of the footprint lies beyond is folded back: a second footprint, the
-    // first mirrored at the line in the metric of the conic, and both only before the line. That
-    // keeps the flux and, where patches end in the line, the evenness of their sum.
-    vec3 n = cross(patch_.edge1, patch_.edge2) * (ratio == 0.0 ? 1.0 : -1.0);
-    float before = dot(n, ahead);
-    vec2 edge = vec2(
-        dot(n, receiver.edge_u) / float(receiver.width),
-        -dot(n, receiver.edge_v) / float(receiver.height)) / (before * scale);
+    // The fold, in texels of the level.
+    edge /= scale;
     vec3 inverse = kernel.profile.support * kernel.covariance;
     float reach = quadratic2(inverse, edge);
-    bool folded = before > 0.0 && reach > 1.0;
+    folded = folded && reach > 1.0;
     vec2 shift = vec2(0.0);
     vec3 cut = vec3(0.0, 0.0, 1.0);
     vec3 mirrored_cut = cut;
@@ -164,9 +209,8 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
     vec3 irradiance = flux * (scale * scale * peak / texel_area(receiver));
 
     // A small footprint is normalised over its texels.
-    vec2 first = floor(centre - half_size) + 0.5;
-    vec2 box = ceil(centre + half_size) - first;
-    if (box.x * box.y <= FEW_TEXELS) {
+    if (is_small) {
+        vec2 first = floor(centre - half_size) + 0.5;
         float sum = 0.0;
         for (float y = 0.0; y < box.y; y += 1.0) {
             for (float x = 0.0; x < box.x; x += 1.0) {
@@ -178,7 +222,7 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
         }
         if (sum > 0.0) irradiance /= sum * peak;
     }
-    footprints_[0] = Footprint(centre, kernel.profile.flatness, 0.0, conic, 0.0, irradiance, 0.0, cut, 0.0, low, high);
+    footprints_[0] = Footprint(centre, slant, conic, kernel.profile.flatness, irradiance, bulge.x, cut, bulge.y, low, high);
     footprints_[1] = footprints_[0];
     footprints_[1].centre += shift;
     footprints_[1].cut = mirrored_cut;
@@ -194,8 +238,8 @@ void main() {
     uint count = 0;
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
-        Patch patch_ = patches[pair % push.patch_count];
-        Light light = suns[pair / push.patch_count];
+        Patch patch_ = patches[push.first_patch + pair % push.patch_count];
+        Light light = suns[push.first_light + pair / push.patch_count];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
         vec3 flux[2];

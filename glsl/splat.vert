@@ -10,6 +10,7 @@ layout(push_constant) uniform SplatPush {
 layout(location = 0) out flat vec4 conic_and_flatness;
 layout(location = 1) out flat vec4 centre_and_cut;
 layout(location = 2) out flat vec4 peak_and_cut;
+layout(location = 3) out flat vec4 slant_and_bulge;
 
 void main() {
     Footprint footprint = footprints[gl_VertexIndex / 4];
@@ -17,5 +18,6 @@ void main() {
     conic_and_flatness = vec4(footprint.conic, footprint.flatness);
     centre_and_cut = vec4(footprint.centre, footprint.cut.xy);
     peak_and_cut = vec4(footprint.peak, footprint.cut.z);
+    slant_and_bulge = vec4(footprint.slant, footprint.bulge_x, footprint.bulge_y);
     gl_Position = vec4(corner / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);
 }

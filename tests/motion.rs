@@ -131,7 +131,32 @@ fn a_changed_environment_is_as_if_made_so() {
         };
         scene
     });
-    assert_as_if_alone(&scenes, &method(Method::Pinhole, 1));
+    for settings in [method(Method::Pinhole, 1), footprint(256)] {
+        assert_as_if_alone(&scenes, &settings);
+    }
+}
+
+/// Another image of the same size.
+#[test]
+fn another_environment_is_as_if_made_so() {
+    let scenes = [0, 3, 5].map(|bright| {
+        let mut scene = only_receiver(load("ball.toml"), "floor", [16, 16]);
+        scene.lights[0].kind = LightKind::Environment {
+            map: Arc::new(EnvironmentMap {
+                width: 4,
+                height: 2,
+                radiance: (0..8)
+                    .map(|texel| if texel == bright { [50.0; 3] } else { [1.0; 3] })
+                    .collect(),
+            }),
+            scale: 1.0,
+            rotation: 0.0,
+        };
+        scene
+    });
+    for settings in [method(Method::Pinhole, 1), footprint(256)] {
+        assert_as_if_alone(&scenes, &settings);
+    }
 }
 
 /// A mirror that looks away at first throws nothing; turned to the sun it throws all that a mirror

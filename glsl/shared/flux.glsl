@@ -5,6 +5,16 @@
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
 
+// Root of the covariance of the directions from which light comes, rad.
+void axes_of(Light light, Sun sun, out vec3 a, out vec3 b) {
+    a = light.axis1;
+    b = light.axis2;
+    if (light.is_lamp == 0) return;
+    basis(sun.direction, a, b);
+    a *= 0.5 * sun.angular_radius;
+    b *= 0.5 * sun.angular_radius;
+}
+
 // Turns a patch that lets light through toward the direction s. Returns the index of refraction on
 // that side over that beyond; 0 for a patch that only reflects.
 float turn_toward(inout Patch patch_, vec3 s) {

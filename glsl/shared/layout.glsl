@@ -56,12 +56,16 @@ struct Object {
     uint is_curved;  // 1: the index is that of a Curved, 0: of a Receiver
 };
 
-// A sun or a lamp; sun.glsl has what it is at a point.
+// A sun, a lamp or a part of the sky; sun.glsl has what it is at a point.
 struct Light {
-    vec3 place;      // sun: unit, toward it; lamp: its middle
+    vec3 place;      // lamp: its middle; otherwise unit, toward it
     float size;      // sun: angular radius; lamp: radius
-    vec3 power;      // sun: W/m^2 on a plane that faces it; lamp: W/sr
+    vec3 power;      // lamp: W/sr; otherwise W/m^2 on a plane that faces it
     uint is_lamp;
+    vec3 axis1;      // but for lamps: root of the covariance of its directions, rad
+    float unused0;
+    vec3 axis2;
+    float unused1;
 };
 
 // A rectangle with a light map: the tile of the atlas from (tile_x, tile_y) on, v upward.
@@ -144,17 +148,17 @@ struct Patch {
 };
 
 // The image of a light in a patch on a receiver: with d the way from `centre` in texels of the
-// atlas, irradiance peak * kernel_value(flatness, d^T conic d) * clamp(cut.z + cut.xy . d, 0, 1).
+// atlas, along = 1 + slant . d and s^2 = 1 + 2 slant . d + bulge . d^2, the irradiance is
+// peak * kernel_value(flatness, d^T conic d / s^2) * along / s^4 * clamp(cut.z + cut.xy . d, 0, 1).
 struct Footprint {
     vec2 centre;
-    float flatness;  // of the kernel
-    float unused0;
+    vec2 slant;      // of the ray to the centre: its part in the plane, in texels, over its length squared
     vec3 conic;      // xx, xy, yy of the matrix; it includes the support radius
-    float unused1;
+    float flatness;  // of the kernel
     vec3 peak;       // W/m^2
-    float unused2;
+    float bulge_x;   // squared size of a texel over squared length of the ray
     vec3 cut;        // the share of a texel that lies before the patch's plane
-    float unused3;
+    float bulge_y;
     vec2 lower;      // corners of what it covers in the atlas
     vec2 upper;
 };

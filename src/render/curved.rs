@@ -23,7 +23,8 @@ impl Splats {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let slots = SLOTS * scene.lobes * scene.curved_count();
         // Only flat receivers have coarser levels.
-        let listed = Listed::new(context, scene, size_of::<Spot>(), slots, 0)?;
+        let pairs = scene.patch_room * scene.sun_count;
+        let listed = Listed::new(context, scene, pairs, size_of::<Spot>(), slots, 0)?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
         let project = scene.compute(
             context,
@@ -51,6 +52,12 @@ impl Splats {
             draw,
             listed,
         })
+    }
+
+    /// (first pair, pairs): pairs are patch × sun.
+    pub fn batches(&self, scene: &DeviceScene) -> Vec<(u32, u32)> {
+        let pairs = scene.patch_count * scene.sun_count;
+        self.listed.batches(pairs).collect()
     }
 
     pub fn record_project(

@@ -30,7 +30,10 @@ mirrors! {
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
     Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, is_curved: u32, }
-    Light { place: Vec3, size: f32, power: Vec3, is_lamp: u32, }
+    Light {
+        place: Vec3, size: f32, power: Vec3, is_lamp: u32,
+        axis1: Vec3, unused0: f32, axis2: Vec3, unused1: f32,
+    }
     Receiver {
         origin: Vec3, tile_x: u32,
         edge_u: Vec3, tile_y: u32,
@@ -57,8 +60,8 @@ mirrors! {
         bend2: Vec3, unused2: f32,
     }
     Footprint {
-        centre: Vec2, flatness: f32, unused0: f32, conic: Vec3, unused1: f32, peak: Vec3,
-        unused2: f32, cut: Vec3, unused3: f32, lower: Vec2, upper: Vec2,
+        centre: Vec2, slant: Vec2, conic: Vec3, flatness: f32, peak: Vec3, bulge_x: f32,
+        cut: Vec3, bulge_y: f32, lower: Vec2, upper: Vec2,
     }
     Spot {
         centre: Vec3, flatness: f32, u: Vec3, before: f32, v: Vec3, low: u32, along: Vec3, high: u32,
@@ -74,8 +77,9 @@ mirrors! {
 
     SamplePush { first_patch: u32, patch_count: u32, reflector_count: u32, }
     ProjectPush {
-        first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
-        lobes: u32, spread: f32, flat_spread: f32, trace: u32,
+        first_pair: u32, pair_count: u32, first_patch: u32, patch_count: u32,
+        first_light: u32, receiver_count: u32, lobes: u32, spread: f32,
+        flat_spread: f32, trace: u32, merged: u32,
     }
     CompactPush { pair_count: u32, slots: u32, receiver_count: u32, }
     CurvedPush {

@@ -40,15 +40,16 @@ pub struct Listed {
 }
 
 impl Listed {
-    /// `slots` of a pair, of `slot_bytes` each; `receiver_count` receivers with coarser levels.
+    /// Room for `pairs`, or a batch of them, with `slots` of `slot_bytes` each; `receiver_count` receivers
+    /// with coarser levels.
     pub fn new(
         context: &Arc<Context>,
         scene: &DeviceScene,
+        pairs: u32,
         slot_bytes: usize,
         slots: u32,
         receiver_count: u32,
     ) -> Result<Self> {
-        let pairs = scene.patch_room * scene.sun_count;
         let bytes = slot_bytes as u64 * u64::from(slots);
         let most = MOST_BYTES.min(context.max_storage_bytes()) / bytes;
         let batch = (most as u32 / GROUP * GROUP)
@@ -89,12 +90,12 @@ impl Listed {
         })
     }
 
-    /// (first pair, pairs): pairs are patch × sun.
-    pub fn batches(&self, scene: &DeviceScene) -> Vec<(u32, u32)> {
-        batches(scene.patch_count * scene.sun_count, self.batch).collect()
+    /// (first pair, pairs)
+    pub fn batches(&self, pairs: u32) -> impl Iterator<Item = (u32, u32)> {
+        batches(pairs, self.batch)
     }
 
-    pub fn record(&self, recorder: &mut Recorder, (_, pair_count): (u32, u32)) {
+    pub fn record(&self, recorder: &mut Recorder, pair_count: u32) {
         let push = CompactPush {
             pair_count,
             slots: self.slots,

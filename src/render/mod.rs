@@ -16,6 +16,8 @@ mod direct;
 mod kernel;
 mod layout;
 mod listed;
+mod merged;
+mod pairs;
 mod parts;
 mod pinhole;
 mod points;
@@ -24,8 +26,10 @@ mod reflectors;
 mod resolve;
 mod sample;
 mod shade;
+mod sky;
 mod soup;
 mod splat;
+mod split;
 mod surface;
 mod update;
 mod upload;
@@ -269,23 +273,40 @@ impl Renderer {
                 "no rays are traced for the caustic: nothing in the scene can block its light";
             notes.push(note.into());
         }
-        if self.scene.has_environment && self.settings.method != Method::Pinhole {
-            let note = "the environment throws no caustic, and water lets none of it through: only the \
-                        method pinhole does that";
+        let unlit = match self.settings.method {
+            Method::Pinhole => false,
+            Method::Footprint => self.scene.curved_count() > 0,
+            _ => true,
+        };
+        if self.scene.has_environment && unlit {
+            let note = match self.settings.method {
+                Method::Footprint => {
+                    "the environment throws no caustic on meshes: only the method pinhole does that"
+                }
+                _ => {
+                    "the environment throws no caustic, and water lets none of it through: the methods \
+                     footprint and pinhole do that"
+                }
+            };
             notes.push(note.into());
-        } else if self.scene.reflector_count == 0 {
+        } else if self.scene.reflector_count == 0 && !self.scene.has_environment {
             notes.push("no caustic: no mirror faces a light".into());
         }
         notes.extend(self.scene.scene.idle_mirrors());
         notes
     }
 
-    /// Patches (or points) in use.
+    /// Patches (or points) in use, those for the environment included.
     pub fn samples(&self) -> u32 {
         match &self.caustic {
-            _ if self.scene.reflector_count == 0 => 0,
-            Caustic::Points(points) => points.batches.iter().map(|(_, count)| count).sum(),
-            _ => self.scene.patch_count,
+            Caustic::Points(points) if self.scene.reflector_count > 0 => {
+                points.batches.iter().map(|(_, count)| count).sum()
+            }
+            Caustic::Points(_) => 0,
+            _ => {
+                let merged = self.scene.pairs.iter().flat_map(|pairs| &pairs.classes);
+                self.scene.patch_count + merged.map(|class| class.patch_count).sum::<u32>()
+            }
         }
     }
 
@@ -300,7 +321,7 @@ impl Renderer {
                 flat: Some(Flat { project, .. }),
                 curved: None,
                 ..
-            } if project.listed.batches(&self.scene).len() == 1 => {
+            } if project.batches(&self.scene).len() == 1 => {
                 Ok(Some(project.listed.arguments.read::<u32>(7)?[6]))
             }
             _ => Ok(None),
@@ -336,8 +357,15 @@ impl Renderer {
         } = self;
         // The first batch that is drawn clears the light map itself.
         let draws = match &self.caustic {
+            Caustic::Footprint { flat, curved, .. } => {
+                let flat = flat
+                    .iter()
+                    .any(|flat| !flat.project.batches(scene).is_empty());
+                flat || curved
+                    .iter()
+                    .any(|splats| !splats.batches(scene).is_empty())
+            }
             _ if scene.reflector_count == 0 => false,
-            Caustic::Footprint { .. } => scene.patch_count * scene.sun_count > 0,
             Caustic::Points(points) => !points.batches.is_empty(),
             Caustic::Beams { beams, .. } => !beams.batches(scene).is_empty(),
             Caustic::Pinhole { .. } => false,
@@ -379,7 +407,7 @@ impl Renderer {
                     .and(Access::INDIRECT_READ);
                 let mut clear = true;
                 if let Some(Flat { project, splat, .. }) = flat {
-                    for (index, batch) in project.listed.batches(scene).into_iter().enumerate() {
+                    for (index, batch) in project.batches(scene).into_iter().enumerate() {
                         if index > 0 {
                             recorder.submit()?;
                         }
@@ -388,7 +416,7 @@ impl Renderer {
                             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                         })?;
                         recorder.pass("compact", |r| {
-                            project.listed.record(r, batch);
+                            project.listed.record(r, batch.pair_count);
                             r.barrier(Access::COMPUTE_WRITE, listed);
                         })?;
                         recorder.pass("splat", |r| {
@@ -403,7 +431,7 @@ impl Renderer {
                     }
                 }
                 if let Some(splats) = curved {
-                    for (index, batch) in splats.listed.batches(scene).into_iter().enumerate() {
+                    for (index, batch) in splats.batches(scene).into_iter().enumerate() {
                         if index > 0 {
                             recorder.submit()?;
                         }
@@ -412,7 +440,7 @@ impl Renderer {
                             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                         })?;
                         recorder.pass("compact curved", |r| {
-                            splats.listed.record(r, batch);
+                            splats.listed.record(r, batch.1);
                             r.barrier(Access::COMPUTE_WRITE, listed);
                         })?;
                         recorder.pass("splat on curved", |r| {

@@ -1,8 +1,9 @@
 //! project: the image of every light in every patch on every receiver, as a footprint.
 
-use super::kernel::{FLAT_SPREAD, SPREAD, profiles};
+use super::kernel::{FLAT_SPREAD, MERGED_SPREAD, SPREAD, profiles};
 use super::layout::{Footprint, ProjectPush};
 use super::listed::Listed;
+use super::pairs::{Class, Pairs};
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
@@ -12,52 +13,108 @@ use std::sync::Arc;
 const SLOTS: u32 = 2;
 
 pub struct Project {
-    pipeline: Pipeline,
+    /// Of suns and lamps, by the patches that sample made.
+    of_suns: Pipeline,
+    /// Of the environment's cells, by merged patches.
+    of_sky: Option<Pipeline>,
     pub listed: Listed,
+}
+
+/// Some of the pairs of a class, for which there is room at once.
+#[derive(Debug, Clone, Copy)]
+pub struct Batch {
+    class: Class,
+    is_sky: bool,
+    first_pair: u32,
+    pub pair_count: u32,
 }
 
 impl Project {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let slots = SLOTS * scene.flat_targets();
+        let most_sky = scene.pairs.as_ref().map_or(0, Pairs::most_pairs);
         let listed = Listed::new(
             context,
             scene,
+            most_sky.max(scene.patch_room * scene.sun_count),
             size_of::<Footprint>(),
             slots,
             scene.flat_count,
         )?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
-        let pipeline = scene.compute(
-            context,
-            &shaders::PROJECT_COMP,
-            &[
-                ("patches", Resource::Buffer(patches)),
-                ("profiles", Resource::Buffer(&profiles)),
-                ("footprints", Resource::Buffer(&listed.thrown)),
-                ("counts", Resource::Buffer(&listed.counts)),
-                ("group_counts", Resource::Buffer(&listed.group_counts)),
-                ("coarse", Resource::Buffer(&listed.coarse)),
-            ],
-        )?;
-        Ok(Self { pipeline, listed })
+        let pipeline = |patches: &Buffer, lights: &Buffer| {
+            scene.compute(
+                context,
+                &shaders::PROJECT_COMP,
+                &[
+                    ("patches", Resource::Buffer(patches)),
+                    ("suns", Resource::Buffer(lights)),
+                    ("profiles", Resource::Buffer(&profiles)),
+                    ("footprints", Resource::Buffer(&listed.thrown)),
+                    ("counts", Resource::Buffer(&listed.counts)),
+                    ("group_counts", Resource::Buffer(&listed.group_counts)),
+                    ("coarse", Resource::Buffer(&listed.coarse)),
+                ],
+            )
+        };
+        let of_suns = pipeline(patches, &scene.suns)?;
+        let of_sky = (scene.pairs.as_ref())
+            .map(|pairs| pipeline(&pairs.patches, &pairs.lights))
+            .transpose()?;
+        Ok(Self {
+            of_suns,
+            of_sky,
+            listed,
+        })
     }
 
-    pub fn record(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        (first_pair, pair_count): (u32, u32),
-    ) {
-        let push = ProjectPush {
-            first_pair,
-            pair_count,
+    pub fn batches(&self, scene: &DeviceScene) -> Vec<Batch> {
+        let suns = Class {
+            first_light: 0,
+            light_count: scene.sun_count,
+            first_patch: 0,
             patch_count: scene.patch_count,
+        };
+        let sky = scene.pairs.iter().flat_map(|pairs| &pairs.classes);
+        std::iter::once((suns, false))
+            .chain(sky.map(|&class| (class, true)))
+            .flat_map(|(class, is_sky)| {
+                (self.listed.batches(class.light_count * class.patch_count)).map(
+                    move |(first_pair, pair_count)| Batch {
+                        class,
+                        is_sky,
+                        first_pair,
+                        pair_count,
+                    },
+                )
+            })
+            .collect()
+    }
+
+    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
+        let Class {
+            first_light,
+            first_patch,
+            patch_count,
+            ..
+        } = batch.class;
+        let push = ProjectPush {
+            first_pair: batch.first_pair,
+            pair_count: batch.pair_count,
+            first_patch,
+            patch_count,
+            first_light,
             receiver_count: scene.flat_count,
             lobes: scene.lobes,
-            spread: SPREAD,
+            spread: if batch.is_sky { MERGED_SPREAD } else { SPREAD },
             flat_spread: FLAT_SPREAD,
             trace: u32::from(scene.trace),
+            merged: u32::from(batch.is_sky),
         };
-        recorder.dispatch(&self.pipeline, &push, [pair_count, 1, 1]);
+        let pipeline = match &self.of_sky {
+            Some(of_sky) if batch.is_sky => of_sky,
+            _ => &self.of_suns,
+        };
+        recorder.dispatch(pipeline, &push, [batch.pair_count, 1, 1]);
     }
 }

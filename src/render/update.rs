@@ -21,14 +21,14 @@ const MOST_PAIRS: usize = 1_000_000;
 
 impl DeviceScene {
     /// Brings the device up to `scene`, which differs from the last in where things are and how
-    /// bright, not in what there is. Returns whether there are more patches than
-    /// [`DeviceScene::patch_room`] was; then it has grown.
+    /// bright, not in what there is. Returns whether the stages must be made again: for more patches than
+    /// [`DeviceScene::patch_room`] was, which has grown then, or for another environment.
     ///
     /// # Errors
     /// As [`super::Renderer::update`].
     pub fn update(
         &mut self,
-        context: &Context,
+        context: &Arc<Context>,
         recorder: &mut Recorder,
         scene: &Scene,
     ) -> Result<bool> {
@@ -63,14 +63,33 @@ impl DeviceScene {
                 .collect();
             self.trace = can_block(scene, &meshes, MOST_PAIRS);
         }
+        let mut another_sky = false;
         if let Some(sky) = &environment {
             self.rotation = sky.rotation;
             let last = lights(&self.scene, self.soup.origin)?.environment;
-            let same = last.is_some_and(|l| l.scale == sky.scale && Arc::ptr_eq(l.map, sky.map));
+            let same = last
+                .as_ref()
+                .is_some_and(|l| l.scale == sky.scale && Arc::ptr_eq(l.map, sky.map));
             if stale || !same {
                 let levels = mip_chain(sky.map, sky.scale);
                 self.environment.write_levels(recorder, &levels)?;
             }
+            another_sky = stale || last.is_none_or(|l| !Arc::ptr_eq(l.map, sky.map));
+        }
+        if let (Some(pairs), Some(sky), true) = (&self.pairs, &environment, another_sky) {
+            self.pairs = Some(pairs.for_sky(context, scene, &self.soup, sky)?);
+        } else if let (Some(pairs), Some(sky)) = (&self.pairs, &environment) {
+            let patches = match stale || !moved.is_empty() {
+                true => pairs.patches_of(&self.soup),
+                false => Vec::new(),
+            };
+            self.staging.write(
+                recorder,
+                &[
+                    Write::new(&pairs.lights, 0, &pairs.lights_of(sky)),
+                    Write::new(&pairs.patches, 0, &patches),
+                ],
+            )?;
         }
         let lit = self.specular.lit(&self.soup, &suns)?;
         let nodes = if moved.is_empty() {
@@ -115,7 +134,7 @@ impl DeviceScene {
         self.scene = scene.clone();
         self.stale = false;
         if lit.patch_count <= self.patch_room {
-            return Ok(false);
+            return Ok(another_sky && self.pairs.is_some());
         }
         // Room for all that can ever be lit, if the device allows it, grows only once.
         let all = self.specular.all_patches();

@@ -6,8 +6,10 @@
 
 use super::Settings;
 use super::layout::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
+use super::pairs::Pairs;
 use super::parts::{Part, parts};
 use super::reflectors::Specular;
+use super::sky::disc_axes;
 use super::soup::Soup;
 use super::surface::{Surfaces, atlases, surfaces};
 use crate::error::{Error, Result};
@@ -66,6 +68,8 @@ pub struct DeviceScene {
     pub flat_count: u32,
     /// Size of the light-map atlas, texels.
     pub atlas: [u32; 2],
+    /// Of the environment's cells and merged patches, for footprints.
+    pub pairs: Option<Pairs>,
     /// Whether anything can block the light on its way by the mirrors to the receivers.
     pub trace: bool,
     /// What is on the device; see `update.rs`.
@@ -106,6 +110,10 @@ impl DeviceScene {
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
         let specular = Specular::new(scene, &soup, &suns, all_lit, settings.samples);
         let lit = specular.lit(&soup, &suns)?;
+        let pairs = (environment.as_ref())
+            .filter(|_| settings.method == super::Method::Footprint && specular.count() > 0)
+            .map(|sky| Pairs::new(context, scene, &soup, sky, settings.samples))
+            .transpose()?;
         let refracts = (scene.objects.iter()).any(|object| {
             matches!(
                 scene.materials[object.material].kind,
@@ -158,6 +166,7 @@ impl DeviceScene {
             tiles,
             flat_count: flat_count as u32,
             atlas,
+            pairs,
             trace,
             scene: scene.clone(),
             soup,
@@ -357,12 +366,17 @@ pub(super) fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
                 direction,
                 irradiance,
                 angular_radius,
-            } => suns.push(layout::Light {
-                place: direction.as_vec3(),
-                size: *angular_radius as f32,
-                power: irradiance.as_vec3(),
-                is_lamp: 0,
-            }),
+            } => {
+                let [axis1, axis2] = disc_axes(*direction, *angular_radius);
+                suns.push(layout::Light {
+                    place: direction.as_vec3(),
+                    size: *angular_radius as f32,
+                    power: irradiance.as_vec3(),
+                    axis1,
+                    axis2,
+                    ..Default::default()
+                });
+            }
             LightKind::Lamp {
                 position,
                 radius,
@@ -373,6 +387,7 @@ pub(super) fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
                 // Into all of the sphere of directions, W/sr.
                 power: (*radiant_flux / (4.0 * PI)).as_vec3(),
                 is_lamp: 1,
+                ..Default::default()
             }),
             LightKind::Environment {
                 map,

@@ -521,6 +521,19 @@ pub static CASES: &[Case] = &[
         scene_text: "`ball.toml`",
         scene: || load("ball.toml"),
         receiver: "floor",
+        texels: [64, 64],
+        solver: Solver::Renderer(|| footprint(65_536)),
+        asked: &[Asked {
+            figure: &BALL_L1,
+            bound: 0.04,
+            twins: &[|scene| brighter(scene, 1.05)],
+        }],
+    },
+    Case {
+        form: &BALL,
+        scene_text: "`ball.toml`",
+        scene: || load("ball.toml"),
+        receiver: "floor",
         texels: [32, 32],
         solver: Solver::Reference(0.005),
         asked: &[Asked {

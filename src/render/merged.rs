@@ -1,0 +1,275 @@
+//! Patches for light from everywhere: few, each merged from many pieces of a mirror's mesh.
+//!
+//! How pieces are merged is settled once; where they are, and how they bend the light, every frame.
+
+use super::layout::{Normals, Patch, Triangle};
+use super::sky::root;
+use super::soup::Soup;
+use super::split::{Cells, Moments, Point, split};
+use crate::scene::Scene;
+use glam::{DMat2, DMat3, DVec2, DVec3};
+use std::ops::Range;
+
+/// Pieces for every patch of the finest division.
+const PIECES: f64 = 4.0;
+/// The midpoints of a triangle's sides, in its edges from the first corner: for what is linear over
+/// the triangle, their moments are the triangle's, up to the second.
+const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
+
+/// A part of a triangle.
+struct Piece {
+    object: u32,
+    /// Of its object's triangles.
+    index: u32,
+    /// Midpoints of its sides, in the triangle's edges from the first corner.
+    midpoints: [DVec2; 3],
+    /// Its area over the triangle's.
+    share: f64,
+}
+
+/// Divisions of all specular surfaces into patches, each finer than the one before.
+pub struct Merged {
+    pieces: Vec<Piece>,
+    cells: Cells,
+    /// By division, m²: mean variance of where the light of a patch's points ends up.
+    pub variances: Vec<f64>,
+}
+
+impl Merged {
+    /// Divides the surfaces into `counts` patches, rising, where light runs on for about `distance`, m.
+    pub fn new(scene: &Scene, soup: &Soup, counts: &[usize], distance: f64) -> Self {
+        let objects = || {
+            (scene.objects.iter().enumerate())
+                .filter(|(_, object)| scene.materials[object.material].kind.is_specular())
+                .map(|(index, _)| index)
+        };
+        let area =
+            |triangle: &Triangle| 0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length());
+        let total: f64 = objects()
+            .flat_map(|object| soup.places(object))
+            .map(|&place| area(&soup.triangles[place as usize]))
+            .sum();
+        let finest = counts.last().map_or(0.0, |&count| PIECES * count as f64);
+        let mut pieces = Vec::new();
+        let mut roots = Vec::new();
+        for object in objects() {
+            let first = pieces.len();
+            for (index, &place) in soup.places(object).iter().enumerate() {
+                let share = area(&soup.triangles[place as usize]) / total;
+                let n = (finest * share).sqrt().ceil().max(1.0) as u32;
+                cut(object as u32, index as u32, n, &mut pieces);
+            }
+            roots.push(first..pieces.len());
+        }
+        let points: Vec<Point<6>> = (pieces.iter())
+            .map(|piece| {
+                let sums = piece.sums(soup);
+                let (x, n) = match sums.area > 0.0 {
+                    true => (sums.x / sums.area, sums.n / sums.area),
+                    false => (DVec3::ZERO, DVec3::ZERO),
+                };
+                // Light turns by twice as much as the normal.
+                let turn = 2.0 * distance * n;
+                Point {
+                    place: [x.x, x.y, x.z, turn.x, turn.y, turn.z],
+                    weight: sums.area,
+                }
+            })
+            .collect();
+        let cells = split(&points, &roots, counts);
+        let variance = |division: &Vec<Range<usize>>| -> f64 {
+            let sum: f64 = (division.iter())
+                .map(|cell| {
+                    let inside: Vec<_> = cells.points(cell).map(|i| &points[i]).collect();
+                    let moments = Moments::of(inside.into_iter());
+                    moments.weight * moments.trace()
+                })
+                .sum();
+            sum / total
+        };
+        let variances = cells.divisions.iter().map(variance).collect();
+        Self {
+            pieces,
+            cells,
+            variances,
+        }
+    }
+
+    /// How many patches a division has.
+    pub fn count(&self, division: usize) -> usize {
+        self.cells.divisions[division].len()
+    }
+
+    /// The patches of some divisions, as the surfaces are now, one after the other.
+    pub fn patches(&self, soup: &Soup, divisions: &[usize]) -> Vec<Patch> {
+        let sums: Vec<Sums> = self.pieces.iter().map(|piece| piece.sums(soup)).collect();
+        (divisions.iter())
+            .flat_map(|&division| &self.cells.divisions[division])
+            .map(|cell| {
+                let mut all = Sums::ZERO;
+                for i in self.cells.points(cell) {
+                    all.add(&sums[i]);
+                }
+                // The piece in the middle: there the rays start.
+                let middle = all.x / all.area;
+                let far = |&i: &usize| (sums[i].x / sums[i].area).distance_squared(middle);
+                let nearest = (self.cells.points(cell))
+                    .min_by(|a, b| far(a).total_cmp(&far(b)))
+                    .expect("no cell is empty");
+                all.patch(&self.pieces[nearest], soup)
+            })
+            .collect()
+    }
+}
+
+/// Cuts a triangle into n² pieces.
+fn cut(object: u32, index: u32, n: u32, pieces: &mut Vec<Piece>) {
+    let size = 1.0 / f64::from(n);
+    for row in 0..n {
+        for column in 0..n - row {
+            let mut add = |corner: DVec2, size: f64| {
+                pieces.push(Piece {
+                    object,
+                    index,
+                    midpoints: MIDPOINTS
+                        .map(|midpoint| corner + size * DVec2::from_array(midpoint)),
+                    share: size * size,
+                });
+            };
+            let corner = DVec2::new(f64::from(column), f64::from(row)) * size;
+            add(corner, size);
+            if column + row + 1 < n {
+                add(corner + size, -size);
+            }
+        }
+    }
+}
+
+impl Piece {
+    fn triangle<'a>(&self, soup: &'a Soup) -> (u32, &'a Triangle, &'a Normals) {
+        let place = soup.places(self.object as usize)[self.index as usize];
+        let index = place as usize;
+        (place, &soup.triangles[index], &soup.normals[index])
+    }
+
+    fn sums(&self, soup: &Soup) -> Sums {
+        let (_, triangle, normals) = self.triangle(soup);
+        let [corner, edge1, edge2] =
+            [triangle.position, triangle.edge1, triangle.edge2].map(|v| v.as_dvec3());
+        let [n0, n1, n2] = [normals.n0, normals.n1, normals.n2].map(|n| n.as_dvec3());
+        let vector_area = 0.5 * self.share * edge1.cross(edge2);
+        let area = vector_area.length();
+        let mut sums = Sums {
+            area,
+            vector_area,
+            ..Sums::ZERO
+        };
+        for st in self.midpoints {
+            let x = corner + st.x * edge1 + st.y * edge2;
+            let n = (n0 + st.x * (n1 - n0) + st.y * (n2 - n0)).normalize_or_zero();
+            let weight = area / 3.0;
+            sums.x += weight * x;
+            sums.n += weight * n;
+            sums.xx += weight * outer(x, x);
+            sums.nx += weight * outer(n, x);
+        }
+        sums
+    }
+}
+
+/// Integrals over a surface, of position x and interpolated normal n.
+#[derive(Clone)]
+struct Sums {
+    area: f64,
+    vector_area: DVec3,
+    x: DVec3,
+    n: DVec3,
+    xx: DMat3,
+    nx: DMat3,
+}
+
+/// a bᵀ
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+impl Sums {
+    const ZERO: Self = Self {
+        area: 0.0,
+        vector_area: DVec3::ZERO,
+        x: DVec3::ZERO,
+        n: DVec3::ZERO,
+        xx: DMat3::ZERO,
+        nx: DMat3::ZERO,
+    };
+
+    fn add(&mut self, other: &Self) {
+        self.area += other.area;
+        self.vector_area += other.vector_area;
+        self.x += other.x;
+        self.n += other.n;
+        self.xx += other.xx;
+        self.nx += other.nx;
+    }
+
+    /// The triangle with the same mean and covariance of x, and the normals that are linear in x and
+    /// differ least from the surface's. As much light falls on it as its vector area says.
+    fn patch(&self, nearest: &Piece, soup: &Soup) -> Patch {
+        let (place, triangle, _) = nearest.triangle(soup);
+        let x = self.x / self.area;
+        let n = self.n / self.area;
+        let facing = self.vector_area.try_normalize().unwrap_or(DVec3::Y);
+        let across = {
+            let (a, b) = facing.any_orthonormal_pair();
+            [a, b]
+        };
+        let covariance = self.xx * (1.0 / self.area) - outer(x, x);
+        let crossed = self.nx * (1.0 / self.area) - outer(n, x);
+        let entry = |a: DVec3, b: DVec3| a.dot(covariance * b);
+        let flat = DMat2::from_cols(
+            DVec2::new(entry(across[0], across[0]), entry(across[0], across[1])),
+            DVec2::new(entry(across[0], across[1]), entry(across[1], across[1])),
+        );
+        let axes = root(flat);
+        let least = 1e-6 * axes[0].length();
+        let mut sides = [DVec3::ZERO; 2];
+        let mut bends = [DVec3::ZERO; 2];
+        for (k, axis) in axes.into_iter().enumerate() {
+            let deviation = axis.length();
+            if deviation <= least {
+                continue;
+            }
+            let unit = (axis.x * across[0] + axis.y * across[1]) / deviation;
+            sides[k] = deviation * unit;
+            bends[k] = crossed * unit / deviation;
+        }
+        // Sides of a triangle whose covariance has these axes, its corners counter-clockwise.
+        let edges = |v: [DVec3; 2]| {
+            let (a, b) = (6f64.sqrt() * v[0], 18f64.sqrt() * v[1]);
+            [a + b, b - a].map(|edge| edge.as_vec3())
+        };
+        if sides[0].cross(sides[1]).dot(facing) < 0.0 {
+            (sides[1], bends[1]) = (-sides[1], -bends[1]);
+        }
+        let [edge1, edge2] = edges(sides);
+        let [bend1, bend2] = edges(bends);
+        // On the surface, where the rays to and from it start.
+        let [s, t] = (nearest.midpoints.iter().sum::<DVec2>() / 3.0)
+            .as_vec2()
+            .to_array();
+        Patch {
+            position: triangle.position + s * triangle.edge1 + t * triangle.edge2,
+            triangle: place,
+            normal: n.as_vec3(),
+            area: self.vector_area.length() as f32,
+            edge1,
+            object: triangle.object,
+            edge2,
+            unused0: 0.0,
+            bend1,
+            unused1: 0.0,
+            bend2,
+            unused2: 0.0,
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Which cells of an environment are imaged by which patches.
+//!
+//! A pair of cell and patch makes one footprint, blurred by the widths of both. The cells are put
+//! into classes, each with a division of the mirrors of its own: bright cells get small patches. Of all
+//! ways to spend the pairs, the one is taken whose footprints are the narrowest, weighed by flux.
+
+use super::layout::{Light, Patch};
+use super::merged::Merged;
+use super::sky::{SkyCell, sky_cells};
+use super::soup::Soup;
+use super::upload::Sky;
+use crate::error::Result;
+use crate::gpu::{Buffer, Context};
+use crate::scene::Scene;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Pairs for every sample that is asked for.
+const PAIRS: usize = 4;
+/// Patches of the coarsest division, and how many times as many the next one has.
+const FEWEST: usize = 16;
+const FINER: usize = 4;
+/// Fewest cells, and how many times as many are tried next.
+const FEWEST_CELLS: usize = 8;
+const MORE_CELLS: usize = 2;
+
+/// Cells that are imaged by the same patches.
+#[derive(Debug, Clone, Copy)]
+pub struct Class {
+    pub first_light: u32,
+    pub light_count: u32,
+    pub first_patch: u32,
+    pub patch_count: u32,
+}
+
+/// Light from everywhere, as footprints see it.
+pub struct Pairs {
+    pub lights: Buffer,
+    pub patches: Buffer,
+    pub classes: Vec<Class>,
+    cells: Vec<SkyCell>,
+    merged: Merged,
+    /// Of the mirrors' divisions, by class.
+    divisions: Vec<usize>,
+    samples: u32,
+}
+
+impl Pairs {
+    /// About [`PAIRS`] times `samples` pairs.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device's memory does not suffice.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &Scene,
+        soup: &Soup,
+        sky: &Sky,
+        samples: u32,
+    ) -> Result<Self> {
+        let budget = PAIRS * samples as usize;
+        let steps = |first: usize, factor: usize| {
+            std::iter::successors(Some(first), move |count| Some(count * factor))
+        };
+        let counts: Vec<usize> = steps(FEWEST, FINER)
+            .take_while(|&patches| patches == FEWEST || patches <= budget / FEWEST_CELLS)
+            .collect();
+        let distance = distance(scene);
+        let merged = Merged::new(scene, soup, &counts, distance);
+        let cell_counts: Vec<usize> = steps(FEWEST_CELLS, MORE_CELLS)
+            .take_while(|&cells| cells == FEWEST_CELLS || cells * FEWEST <= budget)
+            .collect();
+        let sizes: Vec<usize> = (0..counts.len()).map(|i| merged.count(i)).collect();
+        let (cells, chosen) = (sky_cells(sky.map, &cell_counts).into_iter())
+            .map(|cells| {
+                let chosen = choose(&cells, &sizes, &merged.variances, distance, budget);
+                (cells, chosen)
+            })
+            .min_by(|(_, a), (_, b)| a.width.total_cmp(&b.width))
+            .expect("there are counts");
+        let (mut classes, mut divisions) = (Vec::new(), Vec::new());
+        let mut sorted = Vec::new();
+        let mut cells: Vec<Option<SkyCell>> = cells.into_iter().map(Some).collect();
+        let (mut first_light, mut first_patch) = (0, 0);
+        for (division, &patches) in sizes.iter().enumerate() {
+            let members = (0..cells.len()).filter(|&i| chosen.divisions[i] == division);
+            let before = sorted.len();
+            for i in members.collect::<Vec<_>>() {
+                sorted.extend(cells[i].take());
+            }
+            let light_count = (sorted.len() - before) as u32;
+            if light_count == 0 || patches == 0 {
+                continue;
+            }
+            classes.push(Class {
+                first_light,
+                light_count,
+                first_patch,
+                patch_count: patches as u32,
+            });
+            divisions.push(division);
+            first_light += light_count;
+            first_patch += patches as u32;
+        }
+        let lights: Vec<Light> = lights_of(&sorted, sky);
+        let patches = merged.patches(soup, &divisions);
+        Ok(Self {
+            lights: Buffer::with_data(context, "sky cells", &lights)?,
+            patches: Buffer::with_data(context, "merged patches", &patches)?,
+            classes,
+            cells: sorted,
+            merged,
+            divisions,
+            samples,
+        })
+    }
+
+    /// As many for another sky.
+    ///
+    /// # Errors
+    /// As [`Pairs::new`].
+    pub fn for_sky(
+        &self,
+        context: &Arc<Context>,
+        scene: &Scene,
+        soup: &Soup,
+        sky: &Sky,
+    ) -> Result<Self> {
+        Self::new(context, scene, soup, sky, self.samples)
+    }
+
+    /// The cells as lights, for the present rotation and scale.
+    pub fn lights_of(&self, sky: &Sky) -> Vec<Light> {
+        lights_of(&self.cells, sky)
+    }
+
+    /// The patches of all classes, for the present place of the mirrors.
+    pub fn patches_of(&self, soup: &Soup) -> Vec<Patch> {
+        self.merged.patches(soup, &self.divisions)
+    }
+
+    pub fn most_pairs(&self) -> u32 {
+        let pairs = |class: &Class| class.light_count * class.patch_count;
+        self.classes.iter().map(pairs).max().unwrap_or(0)
+    }
+}
+
+fn lights_of(cells: &[SkyCell], sky: &Sky) -> Vec<Light> {
+    (cells.iter())
+        .map(|cell| cell.light(sky.scale, sky.rotation))
+        .collect()
+}
+
+/// How far light runs from the mirrors to the receivers, m: mean distance of their middles.
+fn distance(scene: &Scene) -> f64 {
+    let middles = |wanted: &dyn Fn(usize) -> bool| -> Vec<DVec3> {
+        (0..scene.objects.len())
+            .filter(|&i| wanted(i))
+            .map(|i| {
+                let mesh = scene.objects[i].geometry.mesh();
+                let (low, high) = (mesh.positions.iter())
+                    .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+                        (low.min(*p), high.max(*p))
+                    });
+                0.5 * (low + high)
+            })
+            .collect()
+    };
+    let mirrors = middles(&|i| {
+        scene.materials[scene.objects[i].material]
+            .kind
+            .is_specular()
+    });
+    let receivers = middles(&|i| scene.objects[i].light_map.is_some());
+    let distances: Vec<f64> = (mirrors.iter())
+        .flat_map(|a| receivers.iter().map(|b| a.distance(*b)))
+        .collect();
+    distances.iter().sum::<f64>() / distances.len().max(1) as f64
+}
+
+struct Chosen {
+    /// By cell, which division images it.
+    divisions: Vec<usize>,
+    /// Sum of the footprints' widths, weighed by flux.
+    width: f64,
+}
+
+/// For every cell the division of the mirrors that makes the footprints narrow, in `budget` pairs.
+/// `sizes` and `variances` are the divisions' numbers of patches and their variances, m².
+fn choose(
+    cells: &[SkyCell],
+    sizes: &[usize],
+    variances: &[f64],
+    distance: f64,
+    budget: usize,
+) -> Chosen {
+    let width = |cell: &SkyCell, division: usize| {
+        cell.flux() * (distance * distance * cell.variance() + variances[division]).sqrt()
+    };
+    // The method of Lagrange's multipliers: what a pair may cost.
+    let at = |price: f64| -> Vec<usize> {
+        (cells.iter())
+            .map(|cell| {
+                let cost = |division: usize| width(cell, division) + price * sizes[division] as f64;
+                (0..sizes.len())
+                    .min_by(|&a, &b| cost(a).total_cmp(&cost(b)))
+                    .unwrap_or(0)
+            })
+            .collect()
+    };
+    let pairs = |divisions: &[usize]| divisions.iter().map(|&d| sizes[d]).sum::<usize>();
+    let total: f64 = cells.iter().map(|cell| width(cell, 0)).sum();
+    // Bisection on the logarithm, from nothing to more than anything is worth.
+    let (mut low, mut high) = ((total * 1e-18).ln(), (total * 1e3 + f64::MIN_POSITIVE).ln());
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if pairs(&at(middle.exp())) > budget {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let divisions = at(high.exp());
+    let sum = (cells.iter().zip(&divisions)).map(|(cell, &division)| width(cell, division));
+    Chosen {
+        width: sum.sum(),
+        divisions,
+    }
+}
