@@ -1,5 +1,5 @@
 // beams: maps each patch along its corners' mirrored rays to each receiver, as a triangle of even
-// irradiance.
+// irradiance. Triangles of patches side by side lie side by side, so that their sum is even.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -11,11 +11,15 @@ layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
 layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
-layout(std430, binding = 6) writeonly buffer Beams { Beam beams[]; }; // lobes receiver_count a pair
+// lobes receiver_count slots a pair, the used ones first.
+layout(std430, binding = 6) writeonly buffer Beams { Beam beams[]; };
+layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
+layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // triangles, lit pairs
 layout(push_constant) uniform BeamsPush {
     uint first_pair;     // of this batch; a pair is light * patch_count + patch
     uint pair_count;     // in this batch
     uint patch_count;
+    uint first_light;
     uint receiver_count;
     uint lobes;          // 1: mirrored light; 2: and refracted light
     uint trace;          // 0: nothing can block
@@ -31,13 +35,11 @@ layout(push_constant) uniform BeamsPush {
 
 // Triangles are made at least this high and long, in texels, so that none has an area of zero.
 const float THINNEST = 1.0 / 16.0;
-// The patch's corners, from its centroid, in edge1 and edge2.
+// A patch's corners, from its centroid, in edge1 and edge2.
 const vec2 CORNERS[3] = vec2[](vec2(-1.0, -1.0) / 3.0, vec2(2.0, -1.0) / 3.0, vec2(-1.0, 2.0) / 3.0);
-// Covers no texel.
-const Beam NONE = Beam(vec3(0.0), 0.0, vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0));
 
 // Lengthens the longest side, and moves the corner that faces it away, where a focus or a fold has
-// left less than THINNEST.
+// left less than THINNEST. Makes the corners run counter-clockwise: cross2 > 0.
 void widen(inout vec2 q[3]) {
     int apex = 0;
     float longest = -1.0;
@@ -55,7 +57,14 @@ void widen(inout vec2 q[3]) {
     float height = cross2(along, q[apex] - q[from]);
     float more = max(THINNEST - abs(height), 0.0);
     q[apex] += (height < 0.0 ? -more : more) * vec2(-along.y, along.x);
+    if (height < 0.0) {
+        vec2 last = q[2];
+        q[2] = q[1];
+        q[1] = last;
+    }
 }
+
+shared uvec2 group_count;
 
 // What length(dFdx(x)) * length(dFdy(x)) makes of the area on the mirror that lights a texel, over
 // that area, length(cross(dFdx(x), dFdy(x))): 1 / sin of the angle between the two, x the place on
@@ -67,11 +76,11 @@ float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
     return length(dx) * length(dy) / (2.0 * patch_.area * abs(determinant));
 }
 
-// The light of `flux` in W that `patch_` throws on a receiver: mirrored for ratio 0, else refracted.
-Beam beam_of(Patch patch_, Light light, vec3 flux, float ratio, Receiver receiver) {
+// The light of `flux` in W that `patch_` throws on a receiver, if any: mirrored for ratio 0, else refracted.
+bool throw_(Patch patch_, Light light, vec3 flux, float ratio, Receiver receiver, out Beam beam) {
     vec3 m = receiver.normal;
     // A patch may touch the receiver, its centroid must be before it.
-    if (dot(receiver.origin - patch_.position, m) >= 0.0) return NONE;
+    if (dot(receiver.origin - patch_.position, m) >= 0.0) return false;
     vec2 q[3];
     for (int i = 0; i < 3; i++) {
         vec2 st = CORNERS[i];
@@ -80,7 +89,7 @@ Beam beam_of(Patch patch_, Light light, vec3 flux, float ratio, Receiver receive
         vec3 r = sent(sun_at(light, x).direction, n, ratio);
         float along = dot(r, m);
         // The ray must run toward the front of the plane.
-        if (along >= -1e-6) return NONE;
+        if (along >= -1e-6) return false;
         q[i] = to_texels(receiver, x + dot(receiver.origin - x, m) / along * r);
     }
     widen(q);
@@ -89,35 +98,46 @@ Beam beam_of(Patch patch_, Light light, vec3 flux, float ratio, Receiver receive
     vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
     vec2 lower = clamp(floor(min(min(q[0], q[1]), q[2])), tile_low, tile_high);
     vec2 upper = clamp(ceil(max(max(q[0], q[1]), q[2])), tile_low, tile_high);
-    if (!all(lessThan(lower, upper))) return NONE;
+    if (!all(lessThan(lower, upper))) return false;
 
     // Visibility from the patch to the point of the receiver that is nearest to the beam's middle.
     vec3 target = from_texels(receiver, clamp((q[0] + q[1] + q[2]) / 3.0, tile_low, tile_high));
-    if (push.trace != 0 && occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return NONE;
+    if (push.trace != 0 && occluded(patch_.position, target - patch_.position, ALMOST, patch_.triangle)) return false;
 
-    float twice_area = cross2(q[1] - q[0], q[2] - q[0]);
-    vec3 irradiance = flux / (0.5 * abs(twice_area) * texel_area(receiver));
+    float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]);
+    vec3 irradiance = flux / (area * texel_area(receiver));
     if (push.product != 0) irradiance *= product_over_area(patch_, q[1] - q[0], q[2] - q[0]);
-    bool turned = twice_area < 0.0;
-    return Beam(irradiance, 0.0, q[0], turned ? q[2] : q[1], turned ? q[1] : q[2], lower, upper, vec2(0.0));
+    beam = Beam(irradiance, 0.0, q[0], q[1], q[2], lower, upper, vec2(0.0));
+    return true;
 }
 
 void main() {
+    if (gl_LocalInvocationIndex == 0) group_count = uvec2(0);
+    barrier();
     uint local = gl_GlobalInvocationID.x;
-    if (local >= push.pair_count) return;
-    uint pair = push.first_pair + local;
-    Patch patch_ = patches[pair % push.patch_count];
-    Light light = suns[pair / push.patch_count];
-    Sun sun = sun_at(light, patch_.position);
-    float ratio = turn_toward(patch_, sun.direction);
-    vec3 flux[2];
-    flux_of(patch_, light, sun, ratio, flux);
-    uint slot = local * push.lobes * push.receiver_count;
-    for (uint lobe = 0; lobe < push.lobes; lobe++) {
-        for (uint index = 0; index < push.receiver_count; index++) {
-            Beam beam = NONE;
-            if (flux[lobe] != vec3(0.0)) beam = beam_of(patch_, light, flux[lobe], lobe == 0 ? 0.0 : ratio, receivers[index]);
-            beams[slot++] = beam;
+    uint count = 0;
+    if (local < push.pair_count) {
+        uint pair = push.first_pair + local;
+        Patch patch_ = patches[pair % push.patch_count];
+        Light light = suns[push.first_light + pair / push.patch_count];
+        Sun sun = sun_at(light, patch_.position);
+        float ratio = turn_toward(patch_, sun.direction);
+        vec3 flux[2];
+        if (flux_of(patch_, light, sun, ratio, flux)) {
+            uint first_slot = local * push.lobes * push.receiver_count;
+            for (uint lobe = 0; lobe < push.lobes; lobe++) {
+                if (flux[lobe] == vec3(0.0)) continue;
+                for (uint index = 0; index < push.receiver_count; index++) {
+                    Beam beam;
+                    if (throw_(patch_, light, flux[lobe], lobe == 0 ? 0.0 : ratio, receivers[index], beam)) beams[first_slot + count++] = beam;
+                }
+            }
         }
+        counts[local] = count;
     }
+    // A sum of integers does not depend on the order, so the result is the same every time.
+    atomicAdd(group_count.x, count);
+    atomicAdd(group_count.y, min(count, 1));
+    barrier();
+    if (gl_LocalInvocationIndex == 0) group_counts[gl_WorkGroupID.x] = group_count;
 }

@@ -1,4 +1,4 @@
-// beams: expands triangles into boxes of whole texels, two triangles each.
+// beams: expands triangles into screen-aligned quads. Vertex 4 b + c is corner c of beam b.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -11,13 +11,11 @@ layout(location = 0) out flat vec4 corners01;
 layout(location = 1) out flat vec2 corner2;
 layout(location = 2) out flat vec3 irradiance;
 
-const vec2 CORNERS[6] = vec2[](vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(0, 1), vec2(1, 0), vec2(1, 1));
-
 void main() {
-    Beam beam = beams[gl_VertexIndex / 6];
+    Beam beam = beams[gl_VertexIndex / 4];
     corners01 = vec4(beam.corner0, beam.corner1);
     corner2 = beam.corner2;
     irradiance = beam.irradiance;
-    vec2 place = mix(beam.lower, beam.upper, CORNERS[gl_VertexIndex % 6]);
+    vec2 place = mix(beam.lower, beam.upper, vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1 & 1));
     gl_Position = vec4(place / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -43,23 +43,23 @@
 //!   uploads what has moved.
 //! - *sample*: the mirrors' triangles are cut into patches, small triangles with a normal and its
 //!   change along the edges.
-//! - *project*: each patch images each sun and lamp onto each receiver, as a footprint: a centre, a
-//!   covariance and a flux. One ray finds whether the sun is visible, one whether the receiver is.
+//! - *project*: each patch images each sun, lamp and part of the sky onto each receiver, as a footprint:
+//!   a centre, a covariance and a flux, or under lights much narrower than texels, a triangle. One ray finds
+//!   whether the light is visible, one whether the receiver is.
 //! - *compact*: footprints that exist are listed in a fixed order, so that equal input gives equal
 //!   bits on the same device and driver.
-//! - *splat*: each footprint becomes a quad, and its kernel is added to the light maps by blending,
-//!   wide ones at a coarser level.
+//! - *splat*: each footprint becomes a quad, and its kernel or triangle is added to the light maps by
+//!   blending, wide ones at a coarser level.
 //! - *resolve*: the coarser levels are interpolated and added to the light maps.
 //! - *direct*: light that reaches the receivers without a mirror.
 //! - *shade*: the camera's view. Diffuse surfaces show direct light and the light maps, mirrors show
 //!   what they reflect.
 //!
-//! Receivers that are meshes have *project on curved* and *splat on curved* in place of project to
-//! resolve, which find the texels that a footprint reaches in space and not on a plane.
+//! Receivers that are meshes have a project and splat of their own, which find the texels that a
+//! footprint reaches in space and not on a plane.
 //!
 //! The method `pinhole` replaces project to resolve by *gather*, the sum over all patches
-//! at every texel. The method `beams` replaces them by *map beams* and *draw beams*, triangles of
-//! even irradiance. The method `points` replaces them and sample by *trace points* and *splat
+//! at every texel. The method `beams` throws triangles only, without the light's width. The method `points` replaces them and sample by *trace points* and *splat
 //! points*. [`render::Method`] lists them.
 //!
 //! [`tone_map`] turns linear radiance into sRGB bytes, and [`image_file`] writes EXR and PNG files

@@ -110,12 +110,12 @@ fn bumps() {
     keeps_the_energy("bumps.toml");
 }
 
-/// 300 k patches and three receivers take more memory than one batch may.
+/// 600 k patches and three receivers take more memory than one batch may.
 #[test]
 fn footprints_in_several_batches() {
     let device = Device::open();
     let scene = load("ring.toml");
-    let settings = footprint(300_000);
+    let settings = footprint(600_000);
     let mut renderer = Renderer::new(&device.0, &scene, &settings).unwrap();
     renderer.caustic().unwrap();
     assert_eq!(renderer.lit_patches().unwrap(), None, "several batches");

@@ -256,5 +256,6 @@ fn a_turning_ring_does_not_flicker() {
             .unwrap();
     }
     let [steady, jumping] = [steady, jumping].map(|meter| meter.finish().flicker.unwrap());
-    assert_error("flicker of a turning ring", 0.005, steady, jumping);
+    // Half a per cent a frame is asked for; with that, even the jumping ones would pass.
+    assert_error("flicker of a turning ring", 0.0035, steady, jumping);
 }

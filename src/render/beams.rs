@@ -1,23 +1,20 @@
 //! beams: patches carried along their corners' mirrored rays to the receivers, as triangles of even
-//! irradiance. What most renderings of water do.
+//! irradiance. What most renderings of water do, and right for suns that blur much less than a texel: they are
+//! the footprints of these.
 
 use super::Area;
 use super::layout::{Beam, BeamsDrawPush, BeamsPush};
-use super::parts::batches;
+use super::listed::{Batch, Listed};
 use super::upload::DeviceScene;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
 use glam::Vec2;
 use std::sync::Arc;
 
-/// Bytes that the beams of one batch may take: more are not faster, and leave the caches.
-const MOST_BYTES: u64 = 8 << 20;
-
 pub struct Beams {
     map: Pipeline,
     draw: Pipeline,
-    /// Pairs of a batch.
-    batch: u32,
+    pub listed: Listed,
     area: Area,
 }
 
@@ -28,48 +25,45 @@ impl Beams {
         patches: &Buffer,
         area: Area,
     ) -> Result<Self> {
-        if let Some(tile) = scene.curved_tiles().first() {
-            return Err(Error::Usage {
-                reason: format!(
-                    "the method beams lights rects only, and object `{}` is a mesh with a light map",
-                    scene.scene.objects[tile.object].name
-                ),
-                remedy: "name another --method, or remove the object's `lightmap`".into(),
-            });
-        }
-        let pairs = scene.patch_room * scene.sun_count;
-        let bytes = u64::from(scene.flat_targets()) * size_of::<Beam>() as u64;
-        let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
-        let beams = Buffer::new(context, "beams", u64::from(batch.min(pairs)) * bytes)?;
-        let beams = ("beams", Resource::Buffer(&beams));
-        let own = [("patches", Resource::Buffer(patches)), beams];
-        let map = scene.compute(context, &shaders::BEAMS_COMP, &own)?;
+        let pairs = scene.patch_room * scene.light_count();
+        let slots = scene.flat_targets();
+        let listed = Listed::new(context, scene, pairs, size_of::<Beam>(), slots, 0)?;
+        let map = scene.compute(
+            context,
+            &shaders::BEAMS_COMP,
+            &[
+                ("patches", Resource::Buffer(patches)),
+                ("beams", Resource::Buffer(&listed.thrown)),
+                ("counts", Resource::Buffer(&listed.counts)),
+                ("group_counts", Resource::Buffer(&listed.group_counts)),
+            ],
+        )?;
         let draw = Pipeline::graphics(
             context,
             &shaders::BEAMS_VERT,
             &shaders::BEAMS_FRAG,
             Topology::Triangles,
-            &[beams],
+            &[("beams", Resource::Buffer(&listed.thrown))],
         )?;
         Ok(Self {
             map,
             draw,
-            batch,
+            listed,
             area,
         })
     }
 
-    /// (first pair, pairs): pairs are patch × sun.
-    pub fn batches(&self, scene: &DeviceScene) -> Vec<(u32, u32)> {
-        batches(scene.patch_count * scene.sun_count, self.batch).collect()
+    pub fn batches(&self, scene: &DeviceScene) -> Vec<Batch> {
+        self.listed.batches(scene.lights(true))
     }
 
-    pub fn record_map(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: (u32, u32)) {
-        let (first_pair, pair_count) = batch;
+    pub fn record_map(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
+        let pair_count = batch.pair_count;
         let push = BeamsPush {
-            first_pair,
+            first_pair: batch.first_pair,
             pair_count,
-            patch_count: scene.patch_count,
+            patch_count: batch.class.patch_count,
+            first_light: batch.class.first_light,
             receiver_count: scene.flat_count,
             lobes: scene.lobes,
             trace: u32::from(scene.trace),
@@ -78,18 +72,11 @@ impl Beams {
         recorder.dispatch(&self.map, &push, [pair_count, 1, 1]);
     }
 
-    pub fn record_draw(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        batch: (u32, u32),
-        light_map: &Image,
-        clear: bool,
-    ) {
+    pub fn record_draw(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         let push = BeamsDrawPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
-        let beams = batch.1 * scene.flat_targets();
-        recorder.draw(&self.draw, light_map, clear, &push, 6 * beams);
+        let (quads, arguments) = (&self.listed.quads, &self.listed.arguments);
+        recorder.draw_indexed_indirect(&self.draw, light_map, clear, &push, quads, arguments);
     }
 }

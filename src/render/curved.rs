@@ -3,7 +3,7 @@
 
 use super::kernel::{FLAT_SPREAD, SPREAD, profiles};
 use super::layout::{CurvedDrawPush, CurvedPush, DilatePush, Spot};
-use super::listed::Listed;
+use super::listed::{Batch, Listed};
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Access, Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
@@ -23,7 +23,7 @@ impl Splats {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let slots = SLOTS * scene.lobes * scene.curved_count();
         // Only flat receivers have coarser levels.
-        let pairs = scene.patch_room * scene.sun_count;
+        let pairs = scene.patch_room * scene.light_count();
         let listed = Listed::new(context, scene, pairs, size_of::<Spot>(), slots, 0)?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
         let project = scene.compute(
@@ -54,29 +54,22 @@ impl Splats {
         })
     }
 
-    /// (first pair, pairs): pairs are patch × sun.
-    pub fn batches(&self, scene: &DeviceScene) -> Vec<(u32, u32)> {
-        let pairs = scene.patch_count * scene.sun_count;
-        self.listed.batches(pairs).collect()
+    pub fn batches(&self, scene: &DeviceScene) -> Vec<Batch> {
+        self.listed.batches([scene.all_lights()])
     }
 
-    pub fn record_project(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        (first_pair, pair_count): (u32, u32),
-    ) {
+    pub fn record_project(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
         let push = CurvedPush {
-            first_pair,
-            pair_count,
-            patch_count: scene.patch_count,
+            first_pair: batch.first_pair,
+            pair_count: batch.pair_count,
+            patch_count: batch.class.patch_count,
             curved_count: scene.curved_count(),
             lobes: scene.lobes,
             spread: SPREAD,
             flat_spread: FLAT_SPREAD,
             trace: u32::from(scene.trace),
         };
-        recorder.dispatch(&self.project, &push, [pair_count, 1, 1]);
+        recorder.dispatch(&self.project, &push, [batch.pair_count, 1, 1]);
     }
 
     pub fn record_draw(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {

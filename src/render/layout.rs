@@ -91,8 +91,8 @@ mirrors! {
     SplatPush { atlas_size: Vec2, }
     ResolvePush { level: i32, }
     BeamsPush {
-        first_pair: u32, pair_count: u32, patch_count: u32, receiver_count: u32,
-        lobes: u32, trace: u32, product: u32,
+        first_pair: u32, pair_count: u32, patch_count: u32, first_light: u32,
+        receiver_count: u32, lobes: u32, trace: u32, product: u32,
     }
     BeamsDrawPush { atlas_size: Vec2, }
     PointsPush {

@@ -2,6 +2,7 @@
 //! are used, in a fixed order, for one indirect draw.
 
 use super::layout::CompactPush;
+use super::pairs::Class;
 use super::parts::batches;
 use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
@@ -14,6 +15,14 @@ const GROUP: u32 = 64;
 const PAIRS: u32 = 8;
 /// Bytes that what is thrown by one batch may take.
 const MOST_BYTES: u64 = 96 << 20;
+
+/// Some pairs of a class.
+#[derive(Debug, Clone, Copy)]
+pub struct Batch {
+    pub class: Class,
+    pub first_pair: u32,
+    pub pair_count: u32,
+}
 
 pub struct Listed {
     compact: Pipeline,
@@ -90,9 +99,19 @@ impl Listed {
         })
     }
 
-    /// (first pair, pairs)
-    pub fn batches(&self, pairs: u32) -> impl Iterator<Item = (u32, u32)> {
-        batches(pairs, self.batch)
+    /// The pairs of some classes, in parts for which there is room at once.
+    pub fn batches(&self, classes: impl IntoIterator<Item = Class>) -> Vec<Batch> {
+        (classes.into_iter())
+            .flat_map(|class| {
+                batches(class.light_count * class.patch_count, self.batch).map(
+                    move |(first_pair, pair_count)| Batch {
+                        class,
+                        first_pair,
+                        pair_count,
+                    },
+                )
+            })
+            .collect()
     }
 
     pub fn record(&self, recorder: &mut Recorder, pair_count: u32) {

@@ -3,6 +3,7 @@
 //! How pieces are merged is settled once; where they are, and how they bend the light, every frame.
 
 use super::layout::{Normals, Patch, Triangle};
+use super::reflectors::area;
 use super::sky::root;
 use super::soup::Soup;
 use super::split::{Cells, Moments, Point, split};
@@ -38,16 +39,11 @@ pub struct Merged {
 impl Merged {
     /// Divides the surfaces into `counts` patches, rising, where light runs on for about `distance`, m.
     pub fn new(scene: &Scene, soup: &Soup, counts: &[usize], distance: f64) -> Self {
-        let objects = || {
-            (scene.objects.iter().enumerate())
-                .filter(|(_, object)| scene.materials[object.material].kind.is_specular())
-                .map(|(index, _)| index)
-        };
-        let area =
-            |triangle: &Triangle| 0.5 * f64::from(triangle.edge1.cross(triangle.edge2).length());
+        let objects = || scene.specular_objects().map(|(index, _)| index);
+        let area = |place: u32| f64::from(area(&soup.triangles[place as usize]));
         let total: f64 = objects()
             .flat_map(|object| soup.places(object))
-            .map(|&place| area(&soup.triangles[place as usize]))
+            .map(|&place| area(place))
             .sum();
         let finest = counts.last().map_or(0.0, |&count| PIECES * count as f64);
         let mut pieces = Vec::new();
@@ -55,7 +51,7 @@ impl Merged {
         for object in objects() {
             let first = pieces.len();
             for (index, &place) in soup.places(object).iter().enumerate() {
-                let share = area(&soup.triangles[place as usize]) / total;
+                let share = area(place) / total;
                 let n = (finest * share).sqrt().ceil().max(1.0) as u32;
                 cut(object as u32, index as u32, n, &mut pieces);
             }
@@ -80,8 +76,7 @@ impl Merged {
         let variance = |division: &Vec<Range<usize>>| -> f64 {
             let sum: f64 = (division.iter())
                 .map(|cell| {
-                    let inside: Vec<_> = cells.points(cell).map(|i| &points[i]).collect();
-                    let moments = Moments::of(inside.into_iter());
+                    let moments = Moments::of(cells.points(cell).map(|i| &points[i]));
                     moments.weight * moments.trace()
                 })
                 .sum();

@@ -17,6 +17,7 @@ mod kernel;
 mod layout;
 mod listed;
 mod merged;
+mod narrow;
 mod pairs;
 mod parts;
 mod pinhole;
@@ -41,6 +42,7 @@ use crate::scene::{Camera, Scene};
 use beams::Beams;
 use curved::{Dilate, Splats};
 use direct::Direct;
+use listed::Listed;
 use parts::Load;
 use pinhole::Pinhole;
 use points::Points;
@@ -123,7 +125,8 @@ pub struct Renderer {
 enum Caustic {
     Footprint {
         sample: Sample,
-        flat: Option<Flat>,
+        narrow: Option<Beams>,
+        wide: Option<Wide>,
         curved: Option<Splats>,
     },
     Pinhole {
@@ -137,14 +140,14 @@ enum Caustic {
     },
 }
 
-/// Footprints on rects.
-struct Flat {
+/// Footprints on rects of lights that are not narrow.
+struct Wide {
     project: Project,
     splat: Splat,
     resolve: Resolve,
 }
 
-impl Flat {
+impl Wide {
     fn new(
         context: &Arc<Context>,
         device: &DeviceScene,
@@ -172,15 +175,20 @@ impl Caustic {
         Ok(match settings.method {
             Method::Footprint => {
                 let sample = Sample::new(context, device)?;
-                let flat = (device.flat_count > 0)
-                    .then(|| Flat::new(context, device, &sample.patches, light_map))
+                let flat = device.flat_count > 0;
+                let narrow = (flat && !device.lights(true).is_empty())
+                    .then(|| Beams::new(context, device, &sample.patches, Area::True))
+                    .transpose()?;
+                let wide = (flat && (!device.lights(false).is_empty() || device.pairs.is_some()))
+                    .then(|| Wide::new(context, device, &sample.patches, light_map))
                     .transpose()?;
                 let curved = (device.curved_count() > 0)
                     .then(|| Splats::new(context, device, &sample.patches))
                     .transpose()?;
                 Caustic::Footprint {
                     sample,
-                    flat,
+                    narrow,
+                    wide,
                     curved,
                 }
             }
@@ -192,6 +200,15 @@ impl Caustic {
             Method::Points => Caustic::Points(Points::new(context, device, settings.samples)?),
             Method::Beams => {
                 let sample = Sample::new(context, device)?;
+                if let Some(tile) = device.curved_tiles().first() {
+                    return Err(Error::Usage {
+                        reason: format!(
+                            "the method beams lights rects only, and object `{}` is a mesh with a light map",
+                            device.scene.objects[tile.object].name
+                        ),
+                        remedy: "name another --method, or remove the object's `lightmap`".into(),
+                    });
+                }
                 let beams = Beams::new(context, device, &sample.patches, settings.area)?;
                 Caustic::Beams { sample, beams }
             }
@@ -316,14 +333,30 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn lit_patches(&self) -> Result<Option<u32>> {
-        match &self.caustic {
-            Caustic::Footprint {
-                flat: Some(Flat { project, .. }),
-                curved: None,
-                ..
-            } if project.batches(&self.scene).len() == 1 => {
-                Ok(Some(project.listed.arguments.read::<u32>(7)?[6]))
-            }
+        let Caustic::Footprint {
+            narrow,
+            wide,
+            curved: None,
+            ..
+        } = &self.caustic
+        else {
+            return Ok(None);
+        };
+        let narrow = narrow
+            .iter()
+            .map(|beams| (&beams.listed, beams.batches(&self.scene).len()));
+        let wide = (wide.iter()).map(|wide| {
+            (
+                &wide.project.listed,
+                wide.project.batches(&self.scene).count(),
+            )
+        });
+        match narrow
+            .chain(wide)
+            .filter(|(_, batches)| *batches > 0)
+            .collect::<Vec<_>>()[..]
+        {
+            [(listed, 1)] => Ok(Some(listed.arguments.read::<u32>(7)?[6])),
             _ => Ok(None),
         }
     }
@@ -357,13 +390,15 @@ impl Renderer {
         } = self;
         // The first batch that is drawn clears the light map itself.
         let draws = match &self.caustic {
-            Caustic::Footprint { flat, curved, .. } => {
-                let flat = flat
-                    .iter()
-                    .any(|flat| !flat.project.batches(scene).is_empty());
-                flat || curved
-                    .iter()
-                    .any(|splats| !splats.batches(scene).is_empty())
+            Caustic::Footprint {
+                narrow,
+                wide,
+                curved,
+                ..
+            } => {
+                (narrow.iter()).any(|beams| !beams.batches(scene).is_empty())
+                    || (wide.iter()).any(|wide| wide.project.batches(scene).next().is_some())
+                    || (curved.iter()).any(|splats| !splats.batches(scene).is_empty())
             }
             _ if scene.reflector_count == 0 => false,
             Caustic::Points(points) => !points.batches.is_empty(),
@@ -381,10 +416,10 @@ impl Renderer {
                 r.clear(light_map);
             }
             if let Caustic::Footprint {
-                flat: Some(flat), ..
+                wide: Some(wide), ..
             } = &self.caustic
             {
-                r.zero(&flat.project.listed.coarse);
+                r.zero(&wide.project.listed.coarse);
             }
             r.barrier(Access::TRANSFER_WRITE, Access::BLEND.and(Access::COMPUTE));
         })?;
@@ -395,67 +430,45 @@ impl Renderer {
         match &self.caustic {
             Caustic::Footprint {
                 sample,
-                flat,
+                narrow,
+                wide,
                 curved,
             } => {
                 recorder.pass("sample", |r| {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                 })?;
-                let listed = Access::VERTEX_READ
-                    .and(Access::INDEX_READ)
-                    .and(Access::INDIRECT_READ);
                 let mut clear = true;
-                if let Some(Flat { project, splat, .. }) = flat {
-                    for (index, batch) in project.batches(scene).into_iter().enumerate() {
-                        if index > 0 {
-                            recorder.submit()?;
-                        }
-                        recorder.pass("project", |r| {
-                            project.record(r, scene, batch);
-                            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-                        })?;
-                        recorder.pass("compact", |r| {
-                            project.listed.record(r, batch.pair_count);
-                            r.barrier(Access::COMPUTE_WRITE, listed);
-                        })?;
-                        recorder.pass("splat", |r| {
-                            splat.record(r, &project.listed, light_map, clear);
-                            // The next batch overwrites what this one reads, and adds to its texels.
-                            r.barrier(
-                                Access::BLEND.and(listed),
-                                Access::BLEND.and(Access::COMPUTE),
-                            );
-                        })?;
-                        clear = false;
+                if let Some(beams) = narrow {
+                    record_beams(recorder, scene, beams, light_map, &mut clear)?;
+                }
+                if let Some(Wide { project, splat, .. }) = wide {
+                    for batch in project.batches(scene) {
+                        record_batch(
+                            recorder,
+                            &project.listed,
+                            batch.0.pair_count,
+                            &mut clear,
+                            |r| project.record(r, scene, batch),
+                            |r, clear| splat.record(r, &project.listed, light_map, clear),
+                        )?;
                     }
                 }
                 if let Some(splats) = curved {
-                    for (index, batch) in splats.batches(scene).into_iter().enumerate() {
-                        if index > 0 {
-                            recorder.submit()?;
-                        }
-                        recorder.pass("project on curved", |r| {
-                            splats.record_project(r, scene, batch);
-                            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-                        })?;
-                        recorder.pass("compact curved", |r| {
-                            splats.listed.record(r, batch.1);
-                            r.barrier(Access::COMPUTE_WRITE, listed);
-                        })?;
-                        recorder.pass("splat on curved", |r| {
-                            splats.record_draw(r, light_map, clear);
-                            r.barrier(
-                                Access::BLEND.and(listed).and(Access::FRAGMENT_READ),
-                                Access::BLEND.and(Access::COMPUTE),
-                            );
-                        })?;
-                        clear = false;
+                    for batch in splats.batches(scene) {
+                        record_batch(
+                            recorder,
+                            &splats.listed,
+                            batch.pair_count,
+                            &mut clear,
+                            |r| splats.record_project(r, scene, batch),
+                            |r, clear| splats.record_draw(r, light_map, clear),
+                        )?;
                     }
                 }
-                if let Some(Flat {
+                if let Some(Wide {
                     project, resolve, ..
-                }) = flat
+                }) = wide
                 {
                     recorder.pass("resolve", |r| resolve.record(r, &project.listed))?;
                 }
@@ -499,22 +512,7 @@ impl Renderer {
                     sample.record(r, scene);
                     r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
                 })?;
-                for (index, batch) in beams.batches(scene).into_iter().enumerate() {
-                    if index > 0 {
-                        recorder.submit()?;
-                    }
-                    recorder.pass("map beams", |r| {
-                        beams.record_map(r, scene, batch);
-                        r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
-                    })?;
-                    recorder.pass("draw beams", |r| {
-                        beams.record_draw(r, scene, batch, light_map, index == 0);
-                        r.barrier(
-                            Access::BLEND.and(Access::VERTEX_READ),
-                            Access::BLEND.and(Access::COMPUTE),
-                        );
-                    })?;
-                }
+                record_beams(recorder, scene, beams, light_map, &mut true)?;
             }
         }
         // Footprints fall on the texels around the charts by themselves.
@@ -654,6 +652,63 @@ impl Renderer {
         }
         Ok(image)
     }
+}
+
+/// Patches as triangles.
+fn record_beams(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    beams: &Beams,
+    light_map: &Image,
+    clear: &mut bool,
+) -> Result<()> {
+    for batch in beams.batches(scene) {
+        record_batch(
+            recorder,
+            &beams.listed,
+            batch.pair_count,
+            clear,
+            |r| beams.record_map(r, scene, batch),
+            |r, clear| beams.record_draw(r, light_map, clear),
+        )?;
+    }
+    Ok(())
+}
+
+/// What a batch of pairs throws, listed in its order and added to the light map. Only the first batch
+/// has to `clear` that.
+fn record_batch(
+    recorder: &mut Recorder,
+    listed: &Listed,
+    pair_count: u32,
+    clear: &mut bool,
+    project: impl FnOnce(&mut Recorder),
+    splat: impl FnOnce(&mut Recorder, bool),
+) -> Result<()> {
+    if !*clear {
+        recorder.submit()?;
+    }
+    let reads = Access::VERTEX_READ
+        .and(Access::INDEX_READ)
+        .and(Access::INDIRECT_READ);
+    recorder.pass("project", |r| {
+        project(r);
+        r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+    })?;
+    recorder.pass("compact", |r| {
+        listed.record(r, pair_count);
+        r.barrier(Access::COMPUTE_WRITE, reads);
+    })?;
+    recorder.pass("splat", |r| {
+        splat(r, *clear);
+        // The next batch overwrites what this one reads, and adds to its texels.
+        r.barrier(
+            Access::BLEND.and(reads).and(Access::FRAGMENT_READ),
+            Access::BLEND.and(Access::COMPUTE),
+        );
+    })?;
+    *clear = false;
+    Ok(())
 }
 
 fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {

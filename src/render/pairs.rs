@@ -2,7 +2,8 @@
 //!
 //! A pair of cell and patch makes one footprint, blurred by the widths of both. The cells are put
 //! into classes, each with a division of the mirrors of its own: bright cells get small patches. Of all
-//! ways to spend the pairs, the one is taken whose footprints are the narrowest, weighed by flux.
+//! ways to spend the pairs, the one is taken whose footprints are the narrowest, weighed by flux. A
+//! sun in the sky is imaged by the patches that other suns get.
 
 use super::layout::{Light, Patch};
 use super::merged::Merged;
@@ -11,12 +12,15 @@ use super::soup::Soup;
 use super::upload::Sky;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
-use crate::scene::Scene;
+use crate::scene::{Object, Scene};
 use glam::DVec3;
 use std::sync::Arc;
 
 /// Pairs for every sample that is asked for.
 const PAIRS: usize = 4;
+/// Cells that count as suns, at most, and what they have of all flux, at least.
+pub const MOST_SUNS: usize = 4;
+const SUN_SHARE: f64 = 0.01;
 /// Patches of the coarsest division, and how many times as many the next one has.
 const FEWEST: usize = 16;
 const FINER: usize = 4;
@@ -38,6 +42,8 @@ pub struct Pairs {
     pub lights: Buffer,
     pub patches: Buffer,
     pub classes: Vec<Class>,
+    /// What is bright and narrow as a sun is, at most [`MOST_SUNS`].
+    suns: Vec<SkyCell>,
     cells: Vec<SkyCell>,
     merged: Merged,
     /// Of the mirrors' divisions, by class.
@@ -70,24 +76,22 @@ impl Pairs {
             .take_while(|&cells| cells == FEWEST_CELLS || cells * FEWEST <= budget)
             .collect();
         let sizes: Vec<usize> = (0..counts.len()).map(|i| merged.count(i)).collect();
-        let (cells, chosen) = (sky_cells(sky.map, &cell_counts).into_iter())
+        let (suns, cells, chosen) = (sky_cells(sky.map, &cell_counts).into_iter())
             .map(|cells| {
+                let finest = merged.variances[merged.variances.len() - 1];
+                let (suns, cells) = part_suns(cells, finest / (distance * distance));
                 let chosen = choose(&cells, &sizes, &merged.variances, distance, budget);
-                (cells, chosen)
+                (suns, cells, chosen)
             })
-            .min_by(|(_, a), (_, b)| a.width.total_cmp(&b.width))
+            .min_by(|(_, _, a), (_, _, b)| a.width.total_cmp(&b.width))
             .expect("there are counts");
         let (mut classes, mut divisions) = (Vec::new(), Vec::new());
-        let mut sorted = Vec::new();
-        let mut cells: Vec<Option<SkyCell>> = cells.into_iter().map(Some).collect();
+        let mut cells: Vec<(usize, SkyCell)> = chosen.divisions.into_iter().zip(cells).collect();
+        cells.sort_by_key(|(division, _)| *division);
         let (mut first_light, mut first_patch) = (0, 0);
         for (division, &patches) in sizes.iter().enumerate() {
-            let members = (0..cells.len()).filter(|&i| chosen.divisions[i] == division);
-            let before = sorted.len();
-            for i in members.collect::<Vec<_>>() {
-                sorted.extend(cells[i].take());
-            }
-            let light_count = (sorted.len() - before) as u32;
+            let members = cells.iter().filter(|(chosen, _)| *chosen == division);
+            let light_count = members.count() as u32;
             if light_count == 0 || patches == 0 {
                 continue;
             }
@@ -101,13 +105,15 @@ impl Pairs {
             first_light += light_count;
             first_patch += patches as u32;
         }
-        let lights: Vec<Light> = lights_of(&sorted, sky);
+        let cells: Vec<SkyCell> = cells.into_iter().map(|(_, cell)| cell).collect();
+        let lights: Vec<Light> = lights_of(&cells, sky);
         let patches = merged.patches(soup, &divisions);
         Ok(Self {
             lights: Buffer::with_data(context, "sky cells", &lights)?,
             patches: Buffer::with_data(context, "merged patches", &patches)?,
             classes,
-            cells: sorted,
+            suns,
+            cells,
             merged,
             divisions,
             samples,
@@ -133,6 +139,11 @@ impl Pairs {
         lights_of(&self.cells, sky)
     }
 
+    /// Those that are imaged by the suns' patches.
+    pub fn suns_of(&self, sky: &Sky) -> Vec<Light> {
+        lights_of(&self.suns, sky)
+    }
+
     /// The patches of all classes, for the present place of the mirrors.
     pub fn patches_of(&self, soup: &Soup) -> Vec<Patch> {
         self.merged.patches(soup, &self.divisions)
@@ -152,29 +163,36 @@ fn lights_of(cells: &[SkyCell], sky: &Sky) -> Vec<Light> {
 
 /// How far light runs from the mirrors to the receivers, m: mean distance of their middles.
 fn distance(scene: &Scene) -> f64 {
-    let middles = |wanted: &dyn Fn(usize) -> bool| -> Vec<DVec3> {
-        (0..scene.objects.len())
-            .filter(|&i| wanted(i))
-            .map(|i| {
-                let mesh = scene.objects[i].geometry.mesh();
-                let (low, high) = (mesh.positions.iter())
-                    .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-                        (low.min(*p), high.max(*p))
-                    });
-                0.5 * (low + high)
-            })
-            .collect()
+    let middle = |object: &Object| {
+        let [low, high] = object.geometry.mesh().bounds();
+        0.5 * (low + high)
     };
-    let mirrors = middles(&|i| {
-        scene.materials[scene.objects[i].material]
-            .kind
-            .is_specular()
-    });
-    let receivers = middles(&|i| scene.objects[i].light_map.is_some());
+    let mirrors: Vec<DVec3> = scene.specular_objects().map(|(_, o)| middle(o)).collect();
+    let receivers: Vec<DVec3> = (scene.objects.iter())
+        .filter(|object| object.light_map.is_some())
+        .map(middle)
+        .collect();
     let distances: Vec<f64> = (mirrors.iter())
         .flat_map(|a| receivers.iter().map(|b| a.distance(*b)))
         .collect();
     distances.iter().sum::<f64>() / distances.len().max(1) as f64
+}
+
+/// Parts the suns from the other cells: what is bright, and narrower than `variance` on both axes
+/// together, which is what the smallest merged patches blur.
+fn part_suns(mut cells: Vec<SkyCell>, variance: f64) -> (Vec<SkyCell>, Vec<SkyCell>) {
+    let total: f64 = cells.iter().map(SkyCell::flux).sum();
+    cells.sort_by(|a, b| b.flux().total_cmp(&a.flux()));
+    let (mut suns, mut others) = (Vec::new(), Vec::new());
+    for cell in cells {
+        let is_sun = cell.flux() > SUN_SHARE * total && cell.variance() < variance;
+        if is_sun && suns.len() < MOST_SUNS {
+            suns.push(cell.alone());
+        } else {
+            others.push(cell);
+        }
+    }
+    (suns, others)
 }
 
 struct Chosen {

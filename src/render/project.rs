@@ -2,7 +2,7 @@
 
 use super::kernel::{FLAT_SPREAD, MERGED_SPREAD, SPREAD, profiles};
 use super::layout::{Footprint, ProjectPush};
-use super::listed::Listed;
+use super::listed::{Batch, Listed};
 use super::pairs::{Class, Pairs};
 use super::upload::DeviceScene;
 use crate::error::Result;
@@ -20,15 +20,6 @@ pub struct Project {
     pub listed: Listed,
 }
 
-/// Some of the pairs of a class, for which there is room at once.
-#[derive(Debug, Clone, Copy)]
-pub struct Batch {
-    class: Class,
-    is_sky: bool,
-    first_pair: u32,
-    pub pair_count: u32,
-}
-
 impl Project {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let slots = SLOTS * scene.flat_targets();
@@ -36,7 +27,7 @@ impl Project {
         let listed = Listed::new(
             context,
             scene,
-            most_sky.max(scene.patch_room * scene.sun_count),
+            most_sky.max(scene.patch_room * scene.light_count()),
             size_of::<Footprint>(),
             slots,
             scene.flat_count,
@@ -68,30 +59,23 @@ impl Project {
         })
     }
 
-    pub fn batches(&self, scene: &DeviceScene) -> Vec<Batch> {
-        let suns = Class {
-            first_light: 0,
-            light_count: scene.sun_count,
-            first_patch: 0,
-            patch_count: scene.patch_count,
-        };
-        let sky = scene.pairs.iter().flat_map(|pairs| &pairs.classes);
-        std::iter::once((suns, false))
-            .chain(sky.map(|&class| (class, true)))
-            .flat_map(|(class, is_sky)| {
-                (self.listed.batches(class.light_count * class.patch_count)).map(
-                    move |(first_pair, pair_count)| Batch {
-                        class,
-                        is_sky,
-                        first_pair,
-                        pair_count,
-                    },
-                )
-            })
-            .collect()
+    /// Those of the environment after the others.
+    pub fn batches(&self, scene: &DeviceScene) -> impl Iterator<Item = (Batch, bool)> {
+        let sky = (scene.pairs.iter()).flat_map(|pairs| pairs.classes.iter().copied());
+        let [suns, sky] = [
+            self.listed.batches(scene.lights(false)),
+            self.listed.batches(sky),
+        ];
+        (suns.into_iter().map(|batch| (batch, false)))
+            .chain(sky.into_iter().map(|batch| (batch, true)))
     }
 
-    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        (batch, is_sky): (Batch, bool),
+    ) {
         let Class {
             first_light,
             first_patch,
@@ -106,13 +90,13 @@ impl Project {
             first_light,
             receiver_count: scene.flat_count,
             lobes: scene.lobes,
-            spread: if batch.is_sky { MERGED_SPREAD } else { SPREAD },
+            spread: if is_sky { MERGED_SPREAD } else { SPREAD },
             flat_spread: FLAT_SPREAD,
             trace: u32::from(scene.trace),
-            merged: u32::from(batch.is_sky),
+            merged: u32::from(is_sky),
         };
         let pipeline = match &self.of_sky {
-            Some(of_sky) if batch.is_sky => of_sky,
+            Some(of_sky) if is_sky => of_sky,
             _ => &self.of_suns,
         };
         recorder.dispatch(pipeline, &push, [batch.pair_count, 1, 1]);

@@ -56,11 +56,8 @@ impl Specular {
         // (area, triangles) of each object's: all, and those that are lit.
         let mut all = vec![(0.0, 0.0); scene.objects.len()];
         let mut lit = all.clone();
-        for (index, object) in scene.objects.iter().enumerate() {
+        for (index, object) in scene.specular_objects() {
             let material = &scene.materials[object.material].kind;
-            if !material.is_specular() {
-                continue;
-            }
             let always = all_lit || matches!(material, MaterialKind::Dielectric { .. });
             for (number, &place) in soup.places(index).iter().enumerate() {
                 let area = f64::from(area(&soup.triangles[place as usize]));
@@ -163,7 +160,7 @@ impl Cut {
 }
 
 /// m²
-fn area(triangle: &layout::Triangle) -> f32 {
+pub(super) fn area(triangle: &layout::Triangle) -> f32 {
     0.5 * triangle.edge1.cross(triangle.edge2).length()
 }
 

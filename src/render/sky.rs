@@ -39,13 +39,22 @@ impl SkyCell {
         };
         layout::Light {
             place: turned(self.direction),
-            size: 0.0,
+            // As if it were a disc of this variance.
+            size: (2.0 * self.variance()).sqrt() as f32,
             power: scale * self.irradiance.as_vec3(),
             is_lamp: 0,
             axis1: turned(self.axes[0]),
             unused0: 0.0,
             axis2: turned(self.axes[1]),
             unused1: 0.0,
+        }
+    }
+
+    /// The cell where it need not run into others.
+    pub fn alone(self) -> Self {
+        Self {
+            axes: self.axes.map(|axis| axis / SPREAD.sqrt()),
+            ..self
         }
     }
 
@@ -150,28 +159,22 @@ fn solid_angle(map: &EnvironmentMap, row: u32) -> f64 {
 
 fn sky_cell(places: &[Point<3>], texels: &[Texel], cells: &Cells, range: &Range<usize>) -> SkyCell {
     let members = || cells.points(range);
-    let moments = Moments::of(
-        members()
-            .map(|i| &places[i])
-            .collect::<Vec<_>>()
-            .into_iter(),
-    );
+    let moments = Moments::of(members().map(|i| &places[i]));
     let mean = DVec3::from_array(moments.mean);
     // All directions alike have no middle; any will do.
     let direction = mean.try_normalize().unwrap_or(DVec3::Y);
     let (a, b) = direction.any_orthonormal_pair();
     let mut covariance = DMat2::ZERO;
-    let (mut irradiance, mut variance, mut weight) = (DVec3::ZERO, 0.0, 0.0);
+    let (mut irradiance, mut variance) = (DVec3::ZERO, 0.0);
     for i in members() {
         let off = DVec3::from_array(places[i].place) - mean;
         let off = DVec2::new(off.dot(a), off.dot(b));
         covariance += DMat2::from_cols(off * off.x, off * off.y) * places[i].weight;
         irradiance += texels[i].irradiance;
         variance += texels[i].variance * places[i].weight;
-        weight += places[i].weight;
     }
     let covariance =
-        (covariance + DMat2::from_diagonal(DVec2::splat(variance))) * (SPREAD / weight);
+        (covariance + DMat2::from_diagonal(DVec2::splat(variance))) * (SPREAD / moments.weight);
     let axes = root(covariance).map(|v| v.x * a + v.y * b);
     SkyCell {
         direction,

@@ -20,7 +20,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    pub fn points(&self, cell: &Range<usize>) -> impl Iterator<Item = usize> {
+    pub fn points(&self, cell: &Range<usize>) -> impl Iterator<Item = usize> + Clone {
         self.order[cell.clone()].iter().map(|&index| index as usize)
     }
 }
@@ -35,16 +35,20 @@ pub struct Moments<const N: usize> {
 impl<const N: usize> Moments<N> {
     pub fn of<'a>(points: impl Iterator<Item = &'a Point<N>> + Clone) -> Self {
         let weight: f64 = points.clone().map(|point| point.weight).sum();
-        let average = |value: &dyn Fn(&Point<N>) -> f64| {
-            let sum: f64 = points
-                .clone()
-                .map(|point| point.weight * value(point))
-                .sum();
-            if weight > 0.0 { sum / weight } else { 0.0 }
-        };
-        let mean: [f64; N] = std::array::from_fn(|axis| average(&|point| point.place[axis]));
-        let variance =
-            std::array::from_fn(|axis| average(&|point| (point.place[axis] - mean[axis]).powi(2)));
+        let (mut mean, mut variance) = ([0.0; N], [0.0; N]);
+        if weight > 0.0 {
+            for point in points.clone() {
+                for (mean, x) in mean.iter_mut().zip(point.place) {
+                    *mean += point.weight / weight * x;
+                }
+            }
+            for point in points {
+                for axis in 0..N {
+                    variance[axis] +=
+                        point.weight / weight * (point.place[axis] - mean[axis]).powi(2);
+                }
+            }
+        }
         Self {
             weight,
             mean,
@@ -115,14 +119,9 @@ pub fn split<const N: usize>(
         while heap.len() + whole.len() < count {
             let Some(widest) = heap.pop() else { break };
             let inside = &mut order[widest.range.clone()];
-            inside.sort_unstable_by_key(|&index| {
-                (
-                    points[index as usize].place[widest.axis] > widest.mean,
-                    index,
-                )
-            });
-            let below = |&index: &u32| points[index as usize].place[widest.axis] <= widest.mean;
-            let middle = widest.range.start + inside.partition_point(below);
+            let above = |&index: &u32| points[index as usize].place[widest.axis] > widest.mean;
+            inside.sort_by_key(above);
+            let middle = widest.range.start + inside.partition_point(|index| !above(index));
             if widest.priority <= 0.0 || middle == widest.range.end || middle == widest.range.start
             {
                 whole.push(widest.range);

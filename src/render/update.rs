@@ -6,6 +6,7 @@
 //! is not (`reflectors.rs`).
 
 use super::layout::Patch;
+use super::narrow::is_narrow;
 use super::reflectors;
 use super::surface::{Surfaces, surfaces};
 use super::upload::{DeviceScene, Lights, can_block, lights, mip_chain, objects, receivers};
@@ -33,7 +34,10 @@ impl DeviceScene {
         scene: &Scene,
     ) -> Result<bool> {
         check_same_structure(&self.scene, scene)?;
-        let Lights { suns, environment } = lights(scene, self.soup.origin)?;
+        let Lights {
+            mut suns,
+            environment,
+        } = lights(scene, self.soup.origin)?;
         // Until this one is through.
         let stale = std::mem::replace(&mut self.stale, true);
         let moved: Vec<usize> = (0..scene.objects.len())
@@ -67,29 +71,40 @@ impl DeviceScene {
         if let Some(sky) = &environment {
             self.rotation = sky.rotation;
             let last = lights(&self.scene, self.soup.origin)?.environment;
-            let same = last
-                .as_ref()
-                .is_some_and(|l| l.scale == sky.scale && Arc::ptr_eq(l.map, sky.map));
-            if stale || !same {
+            let last = last.filter(|_| !stale);
+            another_sky = (last.as_ref()).is_none_or(|last| !Arc::ptr_eq(last.map, sky.map));
+            if another_sky || last.is_some_and(|last| last.scale != sky.scale) {
                 let levels = mip_chain(sky.map, sky.scale);
                 self.environment.write_levels(recorder, &levels)?;
             }
-            another_sky = stale || last.is_none_or(|l| !Arc::ptr_eq(l.map, sky.map));
+            match &self.pairs {
+                Some(pairs) if another_sky => {
+                    self.pairs = Some(pairs.for_sky(context, scene, &self.soup, sky)?);
+                }
+                Some(pairs) => {
+                    let patches = match stale || !moved.is_empty() {
+                        true => pairs.patches_of(&self.soup),
+                        false => Vec::new(),
+                    };
+                    self.staging.write(
+                        recorder,
+                        &[
+                            Write::new(&pairs.lights, 0, &pairs.lights_of(sky)),
+                            Write::new(&pairs.patches, 0, &patches),
+                        ],
+                    )?;
+                }
+                None => {}
+            }
+            suns.extend(self.pairs.iter().flat_map(|pairs| pairs.suns_of(sky)));
         }
-        if let (Some(pairs), Some(sky), true) = (&self.pairs, &environment, another_sky) {
-            self.pairs = Some(pairs.for_sky(context, scene, &self.soup, sky)?);
-        } else if let (Some(pairs), Some(sky)) = (&self.pairs, &environment) {
-            let patches = match stale || !moved.is_empty() {
-                true => pairs.patches_of(&self.soup),
-                false => Vec::new(),
-            };
-            self.staging.write(
-                recorder,
-                &[
-                    Write::new(&pairs.lights, 0, &pairs.lights_of(sky)),
-                    Write::new(&pairs.patches, 0, &patches),
-                ],
-            )?;
+        if another_sky {
+            // What is like a sun in it.
+            self.triangles_of.truncate(self.sun_count as usize);
+            let receivers = receivers(scene, &self.tiles, self.soup.origin);
+            let others = &suns[self.sun_count as usize..];
+            (self.triangles_of)
+                .extend((others.iter()).map(|l| is_narrow(scene, &self.soup, &receivers, l)));
         }
         let lit = self.specular.lit(&self.soup, &suns)?;
         let nodes = if moved.is_empty() {
@@ -139,7 +154,7 @@ impl DeviceScene {
         // Room for all that can ever be lit, if the device allows it, grows only once.
         let all = self.specular.all_patches();
         let fits = all * size_of::<Patch>() as u64 <= context.max_storage_bytes()
-            && all.saturating_mul(u64::from(self.sun_count)) <= reflectors::MOST_PAIRS;
+            && all.saturating_mul(u64::from(self.light_count())) <= reflectors::MOST_PAIRS;
         self.patch_room = if fits { all as u32 } else { lit.patch_count };
         Ok(true)
     }

@@ -6,7 +6,8 @@
 
 use super::Settings;
 use super::layout::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
-use super::pairs::Pairs;
+use super::narrow::is_narrow;
+use super::pairs::{self, Class, Pairs};
 use super::parts::{Part, parts};
 use super::reflectors::Specular;
 use super::sky::disc_axes;
@@ -51,6 +52,9 @@ pub struct DeviceScene {
     pub reflectors: Buffer,
     pub environment: Image,
     pub sun_count: u32,
+    /// Of those whose light the mirrors throw patch by patch, the suns and what is like one in the
+    /// environment: whether their footprints on rects are triangles. All of them for `beams`.
+    pub triangles_of: Vec<bool>,
     pub has_environment: bool,
     /// Of the environment, rad, 0 to 2π.
     pub rotation: f32,
@@ -105,15 +109,29 @@ impl DeviceScene {
             nodes,
         } = surfaces(scene, &tiles[flat_count..], &atlases, &soup)?;
         let objects = objects(scene, &tiles);
-        let Lights { suns, environment } = lights(scene, soup.origin)?;
+        let Lights {
+            mut suns,
+            environment,
+        } = lights(scene, soup.origin)?;
+        let sun_count = suns.len() as u32;
+        let pairs = (environment.as_ref())
+            .filter(|_| settings.method == super::Method::Footprint && flat_count > 0)
+            .filter(|_| scene.specular_objects().next().is_some())
+            .map(|sky| Pairs::new(context, scene, &soup, sky, settings.samples))
+            .transpose()?;
+        if let (Some(pairs), Some(sky)) = (&pairs, &environment) {
+            suns.extend(pairs.suns_of(sky));
+        }
+        let triangles_of: Vec<bool> = (suns.iter())
+            .map(|light| {
+                settings.method == super::Method::Beams
+                    || is_narrow(scene, &soup, &receivers, light)
+            })
+            .collect();
 
         let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
         let specular = Specular::new(scene, &soup, &suns, all_lit, settings.samples);
         let lit = specular.lit(&soup, &suns)?;
-        let pairs = (environment.as_ref())
-            .filter(|_| settings.method == super::Method::Footprint && specular.count() > 0)
-            .map(|sky| Pairs::new(context, scene, &soup, sky, settings.samples))
-            .transpose()?;
         let refracts = (scene.objects.iter()).any(|object| {
             matches!(
                 scene.materials[object.material].kind,
@@ -129,12 +147,15 @@ impl DeviceScene {
         let nodes = Buffer::new(context, "nodes", soup.most_node_bytes())?;
         let room = specular.count() * size_of::<layout::Reflector>();
         let device_reflectors = Buffer::new(context, "reflectors", room as u64)?;
+        let room = (sun_count as usize + pairs::MOST_SUNS) * size_of::<layout::Light>();
+        let device_suns = Buffer::new(context, "suns", room as u64)?;
         let mut staging = Staging::new(context)?;
         staging.write(
             &mut Recorder::new(context)?,
             &[
                 Write::new(&nodes, 0, &soup.nodes()),
                 Write::new(&device_reflectors, 0, &lit.reflectors),
+                Write::new(&device_suns, 0, &suns),
             ],
         )?;
         Ok(Self {
@@ -142,7 +163,7 @@ impl DeviceScene {
             normals: Buffer::with_data(context, "normals", &soup.normals)?,
             nodes,
             objects: Buffer::with_data(context, "objects", &objects)?,
-            suns: Buffer::with_data(context, "suns", &suns)?,
+            suns: device_suns,
             receivers: Buffer::with_data(context, "receivers", &receivers)?,
             curved: Buffer::with_data(context, "curved receivers", &curved)?,
             atlas_texels: Buffer::with_data(context, "atlas texels", &texels)?,
@@ -155,7 +176,8 @@ impl DeviceScene {
                 &levels,
                 Sampling::Equirectangular,
             )?,
-            sun_count: suns.len() as u32,
+            sun_count,
+            triangles_of,
             has_environment: environment.is_some(),
             rotation: environment.map_or(0.0, |sky| sky.rotation),
             reflector_count: lit.reflectors.len() as u32,
@@ -210,6 +232,40 @@ impl DeviceScene {
             ("environment", Resource::Image(&self.environment)),
         ];
         Pipeline::compute(context, shader, &[own, &shared].concat())
+    }
+
+    /// Lights whose patches' light is thrown as triangles, or not so, with their patches.
+    pub fn lights(&self, as_triangles: bool) -> Vec<Class> {
+        let mut first_light = 0;
+        (self.triangles_of.chunk_by(|a, b| a == b))
+            .map(|run| {
+                let class = Class {
+                    first_light,
+                    light_count: run.len() as u32,
+                    first_patch: 0,
+                    patch_count: self.patch_count,
+                };
+                first_light += class.light_count;
+                (run[0], class)
+            })
+            .filter(|(triangles, _)| *triangles == as_triangles)
+            .map(|(_, class)| class)
+            .collect()
+    }
+
+    /// With their patches.
+    pub fn all_lights(&self) -> Class {
+        Class {
+            first_light: 0,
+            light_count: self.light_count(),
+            first_patch: 0,
+            patch_count: self.patch_count,
+        }
+    }
+
+    /// Suns, lamps, and what is like a sun in the environment.
+    pub fn light_count(&self) -> u32 {
+        self.triangles_of.len() as u32
     }
 
     /// Receivers that are rects, counted once for every way that light takes to them.
@@ -458,12 +514,10 @@ pub(super) fn can_block(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) 
     let Some((object, mesh)) = blocking.next() else {
         return false;
     };
-    let is_specular = |object: &Object| scene.materials[object.material].kind.is_specular();
-    let mirrors = scene.objects.iter().filter(|o| is_specular(o)).count();
-    if !is_specular(object) || mirrors > 1 {
+    let material = &scene.materials[object.material].kind;
+    if !material.is_specular() || scene.specular_objects().count() > 1 {
         return true;
     }
-    let material = &scene.materials[object.material].kind;
     let two_sided = matches!(material, MaterialKind::Dielectric { .. });
     if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > most_pairs {
         return true;

@@ -248,7 +248,7 @@ pub struct Mesh {
 
 impl Mesh {
     /// Lower and upper corner of the bounding box, m.
-    fn bounds(&self) -> [DVec3; 2] {
+    pub fn bounds(&self) -> [DVec3; 2] {
         let positions = || self.positions.iter();
         [
             positions().fold(DVec3::INFINITY, |a, b| a.min(*b)),
@@ -419,6 +419,12 @@ impl Scene {
             object.geometry = object.geometry.moved(&by);
         }
         self
+    }
+
+    /// Mirrors and what lets light through, as (index, object).
+    pub fn specular_objects(&self) -> impl Iterator<Item = (usize, &Object)> {
+        (self.objects.iter().enumerate())
+            .filter(|(_, object)| self.materials[object.material].kind.is_specular())
     }
 
     /// The meshes that carry a light map, as (index, mesh, texels).
