@@ -354,7 +354,8 @@ pub fn sweep(
                 // There is at least one patch a triangle, and frames would take minutes.
                 continue;
             }
-            if last.is_some_and(|last| last.samples == u64::from(renderer.samples())) {
+            let fewest = renderer.samples() > samples;
+            if fewest && last.is_some_and(|last| last.samples == u64::from(renderer.samples())) {
                 // There is at least one patch a triangle, however few are asked for.
                 continue;
             }

@@ -168,19 +168,10 @@ fn broken(limit: &'static Limit, values: &[f64], points: &[Point]) -> Option<Bre
 /// Known reasons, by sweep and method, without the full stop.
 fn reason(sweep: &str, method: &str) -> Option<&'static str> {
     Some(match (method, sweep) {
-        ("footprint", "focus") => {
-            "The lit disc is about as wide as a texel there, and the variance of a texel, which every \
-             footprint is given, blurs it by a good part of that; the energy is kept"
-        }
         ("footprint", "curvature") => {
             "A patch of the half sphere turns the light by several degrees, so that its image is no \
              longer an affine one: the kernel is symmetric where the image is longer on its outer side. The \
              error falls with the area of the patches"
-        }
-        ("footprint", "mesh-smooth" | "mesh-facetted") => {
-            "Patches are congruent to the mesh's triangles. Those of narrow segments are as long as the \
-             ring is high, and so are the kernels: they blur along the segment, across the caustic. Rows \
-             of quads about as long as wide cure it (see the sweep of the light map, on 128 × 8 of them)"
         }
         ("footprint", "bumps") => {
             "From some four patches a wave on, neighbouring patches throw the light far apart, and the \
@@ -188,7 +179,7 @@ fn reason(sweep: &str, method: &str) -> Option<&'static str> {
              facets that the reference sees. Finer meshes cure it, more patches a triangle help"
         }
         ("footprint", "turning") => {
-            "Each kernel moves smoothly, so the flicker is that of its slow ripple over the patches, and \
+            "Each footprint moves smoothly, so the flicker is that of its slow ripple over the patches, and \
              of the reference's noise (0.4 % at most)"
         }
         ("footprint", "sun" | "light-map") => {
