@@ -123,9 +123,9 @@ impl DeviceScene {
             suns.extend(pairs.suns_of(sky));
         }
         let triangles_of: Vec<bool> = (suns.iter())
-            .map(|light| {
-                settings.method == super::Method::Beams
-                    || is_narrow(scene, &soup, &receivers, light)
+            .map(|light| match settings.method {
+                super::Method::Footprint => is_narrow(scene, &soup, &receivers, light),
+                method => method == super::Method::Beams,
             })
             .collect();
 
@@ -242,8 +242,7 @@ impl DeviceScene {
                 let class = Class {
                     first_light,
                     light_count: run.len() as u32,
-                    first_patch: 0,
-                    patch_count: self.patch_count,
+                    ..self.all_lights()
                 };
                 first_light += class.light_count;
                 (run[0], class)
