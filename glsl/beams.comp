@@ -32,6 +32,7 @@ layout(push_constant) uniform BeamsPush {
 #include "receiver.glsl"
 #include "kernel.glsl"
 #include "flux.glsl"
+#include "slots.glsl"
 
 // Triangles are made at least this high and long, in texels, so that none has an area of zero.
 const float THINNEST = 1.0 / 16.0;
@@ -63,8 +64,6 @@ void widen(inout vec2 q[3]) {
         q[1] = last;
     }
 }
-
-shared uvec2 group_count;
 
 // What length(dFdx(x)) * length(dFdy(x)) makes of the area on the mirror that lights a texel, over
 // that area, length(cross(dFdx(x), dFdy(x))): 1 / sin of the angle between the two, x the place on
@@ -112,8 +111,6 @@ bool throw_(Patch patch_, Light light, vec3 flux, float ratio, Receiver receiver
 }
 
 void main() {
-    if (gl_LocalInvocationIndex == 0) group_count = uvec2(0);
-    barrier();
     uint local = gl_GlobalInvocationID.x;
     uint count = 0;
     if (local < push.pair_count) {
@@ -133,11 +130,6 @@ void main() {
                 }
             }
         }
-        counts[local] = count;
     }
-    // A sum of integers does not depend on the order, so the result is the same every time.
-    atomicAdd(group_count.x, count);
-    atomicAdd(group_count.y, min(count, 1));
-    barrier();
-    if (gl_LocalInvocationIndex == 0) group_counts[gl_WorkGroupID.x] = group_count;
+    count_slots(push.pair_count, count);
 }

@@ -35,6 +35,7 @@ layout(push_constant) uniform CurvedPush {
 #include "optics.glsl"
 #include "footprint.glsl"
 #include "flux.glsl"
+#include "slots.glsl"
 
 // Spots of a patch on a receiver; as in src/render/curved.rs.
 const uint SLOTS = 32;
@@ -42,8 +43,6 @@ const uint SLOTS = 32;
 const float WIDEST_SUPPORT = 18.0;
 // Of a texel seen edge on, its covariance's smaller part over the larger.
 const float THINNEST = 1e-3;
-
-shared uvec2 group_count;
 
 // Light of a patch. Across `along`, in the axes a and b, the section at the distance s has its middle
 // at middle + s drift and the root of covariance (of_patch + s patch_growth, s light_growth).
@@ -225,8 +224,6 @@ uint spots_of(Curved receiver, Tube tube, vec3 flux, vec3 hit, vec3 front, uint 
 }
 
 void main() {
-    if (gl_LocalInvocationIndex == 0) group_count = uvec2(0);
-    barrier();
     uint local = gl_GlobalInvocationID.x;
     uint count = 0;
     if (local < push.pair_count) {
@@ -256,11 +253,6 @@ void main() {
                 }
             }
         }
-        counts[local] = count;
     }
-    // A sum of integers does not depend on the order, so the result is the same every time.
-    atomicAdd(group_count.x, count);
-    atomicAdd(group_count.y, min(count, 1));
-    barrier();
-    if (gl_LocalInvocationIndex == 0) group_counts[gl_WorkGroupID.x] = group_count;
+    count_slots(push.pair_count, count);
 }

@@ -4,7 +4,7 @@
 #include "layout.glsl"
 
 layout(std430, binding = 0) readonly buffer Spots { Spot spots[]; };
-layout(push_constant) uniform CurvedDrawPush {
+layout(push_constant) uniform DrawPush {
     vec2 atlas_size;  // texels
 } push;
 layout(location = 0) out flat vec4 centre_and_flatness;

@@ -4,7 +4,7 @@
 #include "layout.glsl"
 
 layout(std430, binding = 0) readonly buffer PointSplats { PointSplat splats[]; };
-layout(push_constant) uniform PointsDrawPush {
+layout(push_constant) uniform DrawPush {
     vec2 atlas_size;  // texels
 } push;
 layout(location = 0) out flat vec3 irradiance;

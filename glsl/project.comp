@@ -36,8 +36,7 @@ layout(push_constant) uniform ProjectPush {
 #include "receiver.glsl"
 #include "footprint.glsl"
 #include "flux.glsl"
-
-shared uvec2 group_count;
+#include "slots.glsl"
 
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float FEW_TEXELS = 36.0;
@@ -232,8 +231,6 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
 }
 
 void main() {
-    if (gl_LocalInvocationIndex == 0) group_count = uvec2(0);
-    barrier();
     uint local = gl_GlobalInvocationID.x;
     uint count = 0;
     if (local < push.pair_count) {
@@ -257,11 +254,6 @@ void main() {
                 }
             }
         }
-        counts[local] = count;
     }
-    // A sum of integers does not depend on the order, so the result is the same every time.
-    atomicAdd(group_count.x, count);
-    atomicAdd(group_count.y, min(count, 1));
-    barrier();
-    if (gl_LocalInvocationIndex == 0) group_counts[gl_WorkGroupID.x] = group_count;
+    count_slots(push.pair_count, count);
 }

@@ -27,9 +27,10 @@
 //!
 //! # The tour
 //!
-//! [`scene`] reads a scene file and the meshes and images that it names into plain data: SI units,
-//! radians, f64, no Vulkan, at one time; [`scene::Animation`] has it at every time. What it returns is fit to be rendered; what is wrong with a file is an
-//! [`Error`] with file, line and remedy, and what is merely odd is a warning.
+//! [`scene`] reads a scene file and the meshes and images that it names into plain data: SI units, radians,
+//! f64, no Vulkan, at one time; [`scene::Animation`] has it at every time. What it returns is fit to be
+//! rendered; what is wrong with a file is an [`Error`] with file, line and remedy, and what is merely odd
+//! is a warning.
 //!
 //! [`gpu`] is a thin layer over ash: the device, buffers and images that own their memory,
 //! pipelines that read their bindings from the SPIR-V, and a recorder with named passes. All
@@ -58,15 +59,16 @@
 //! Receivers that are meshes have a project and splat of their own, which find the texels that a
 //! footprint reaches in space and not on a plane.
 //!
-//! The method `pinhole` replaces project to resolve by *gather*, the sum over all patches
-//! at every texel. The method `beams` throws triangles only, without the light's width. The method `points` replaces them and sample by *trace points* and *splat
-//! points*. [`render::Method`] lists them.
+//! The method `pinhole` replaces project to resolve by *gather*, the sum over all patches at every texel.
+//! The method `beams` throws triangles only, without the light's width. The method `points` replaces them
+//! and sample by *trace points* and *splat points*. [`render::Method`] lists them.
 //!
 //! [`tone_map`] turns linear radiance into sRGB bytes, and [`image_file`] writes EXR and PNG files
 //! whole or not at all.
 //!
-//! [`mod@reference`] computes the same light maps on the CPU in f64, unbiased, with a standard error
-//! for every texel, and keeps them on disk. It imports neither `gpu` nor `render`; its law of reflection is in [`optics`].
+//! [`mod@reference`] computes the same light maps on the CPU in f64, unbiased, with a standard error for
+//! every texel, and keeps them on disk. It imports neither `gpu` nor `render`; its law of reflection is in
+//! [`optics`].
 //!
 //! [`measure`] compares images and sequences with a reference, and sums up the times of passes.
 //! [`measure::stress`] sweeps through the places where methods fail.

@@ -3,12 +3,11 @@
 //! the footprints of these.
 
 use super::Area;
-use super::layout::{Beam, BeamsDrawPush, BeamsPush};
+use super::layout::{Beam, BeamsPush};
 use super::listed::{Batch, Listed};
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
-use glam::Vec2;
 use std::sync::Arc;
 
 pub struct Beams {
@@ -73,10 +72,7 @@ impl Beams {
     }
 
     pub fn record_draw(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
-        let push = BeamsDrawPush {
-            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
-        };
-        let (quads, arguments) = (&self.listed.quads, &self.listed.arguments);
-        recorder.draw_indexed_indirect(&self.draw, light_map, clear, &push, quads, arguments);
+        self.listed
+            .record_draw(recorder, &self.draw, light_map, clear);
     }
 }

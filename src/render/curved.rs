@@ -2,12 +2,11 @@
 //! and added to the light maps; and dilate: light maps continued around their charts.
 
 use super::kernel::{FLAT_SPREAD, SPREAD, profiles};
-use super::layout::{CurvedDrawPush, CurvedPush, DilatePush, Spot};
+use super::layout::{CurvedPush, DilatePush, Spot};
 use super::listed::{Batch, Listed};
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Access, Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
-use glam::Vec2;
 use std::sync::Arc;
 
 /// Spots of a patch on a receiver one way; as in curved.comp.
@@ -73,11 +72,8 @@ impl Splats {
     }
 
     pub fn record_draw(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
-        let push = CurvedDrawPush {
-            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
-        };
-        let (quads, arguments) = (&self.listed.quads, &self.listed.arguments);
-        recorder.draw_indexed_indirect(&self.draw, light_map, clear, &push, quads, arguments);
+        self.listed
+            .record_draw(recorder, &self.draw, light_map, clear);
     }
 }
 

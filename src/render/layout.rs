@@ -86,21 +86,19 @@ mirrors! {
         first_pair: u32, pair_count: u32, patch_count: u32, curved_count: u32,
         lobes: u32, spread: f32, flat_spread: f32, trace: u32,
     }
-    CurvedDrawPush { atlas_size: Vec2, }
     DilatePush { curved: u32, }
-    SplatPush { atlas_size: Vec2, }
+    /// Of all that is drawn into the light maps.
+    DrawPush { atlas_size: Vec2, }
     ResolvePush { level: i32, }
     BeamsPush {
         first_pair: u32, pair_count: u32, patch_count: u32, first_light: u32,
         receiver_count: u32, lobes: u32, trace: u32, product: u32,
     }
-    BeamsDrawPush { atlas_size: Vec2, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
         reflector_count: u32, receiver_count: u32, curved_count: u32, lobes: u32, trace: u32,
         area: f32,
     }
-    PointsDrawPush { atlas_size: Vec2, }
     PinholePush {
         first: UVec2, receiver: u32, first_patch: u32,
         batch_patches: u32, sun_count: u32, epsilon: f32, spread: f32,

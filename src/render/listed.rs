@@ -1,12 +1,13 @@
 //! listed: the room for what the pairs of patch and sun throw, and compact: the list of the slots that
 //! are used, in a fixed order, for one indirect draw.
 
-use super::layout::CompactPush;
+use super::layout::{CompactPush, DrawPush};
 use super::pairs::Class;
 use super::parts::batches;
 use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
+use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
+use glam::Vec2;
 use std::sync::Arc;
 
 /// Workgroup size of project.comp, curved.comp and compact.comp.
@@ -121,5 +122,20 @@ impl Listed {
             receiver_count: self.receiver_count,
         };
         recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(PAIRS), 1, 1]);
+    }
+
+    /// Draws the listed quads into the light maps, which `clear` empties before.
+    pub fn record_draw(
+        &self,
+        recorder: &mut Recorder,
+        pipeline: &Pipeline,
+        light_map: &Image,
+        clear: bool,
+    ) {
+        let push = DrawPush {
+            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
+        };
+        let (quads, arguments) = (&self.quads, &self.arguments);
+        recorder.draw_indexed_indirect(pipeline, light_map, clear, &push, quads, arguments);
     }
 }

@@ -1,7 +1,7 @@
 //! points: low-discrepancy points on the mirrors and in the suns' discs, one texel each. The
 //! plain baseline.
 
-use super::layout::{PointSplat, PointsDrawPush, PointsPush};
+use super::layout::{DrawPush, PointSplat, PointsPush};
 use super::parts::batches;
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
@@ -87,7 +87,7 @@ impl Points {
         light_map: &Image,
         clear: bool,
     ) {
-        let push = PointsDrawPush {
+        let push = DrawPush {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
         let points = batch.1 * targets(scene);

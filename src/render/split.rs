@@ -37,16 +37,13 @@ impl<const N: usize> Moments<N> {
         let weight: f64 = points.clone().map(|point| point.weight).sum();
         let (mut mean, mut variance) = ([0.0; N], [0.0; N]);
         if weight > 0.0 {
-            for point in points.clone() {
-                for (mean, x) in mean.iter_mut().zip(point.place) {
-                    *mean += point.weight / weight * x;
-                }
+            let shares = points.map(|point| (point.weight / weight, point.place));
+            for (share, place) in shares.clone() {
+                (0..N).for_each(|axis| mean[axis] += share * place[axis]);
             }
-            for point in points {
-                for axis in 0..N {
-                    variance[axis] +=
-                        point.weight / weight * (point.place[axis] - mean[axis]).powi(2);
-                }
+            for (share, place) in shares {
+                (0..N)
+                    .for_each(|axis| variance[axis] += share * (place[axis] - mean[axis]).powi(2));
             }
         }
         Self {
