@@ -16,10 +16,10 @@ layout(std430, binding = 7) writeonly buffer Footprints { Footprint footprints[]
 layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
 layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
+layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light, where patches are merged
 layout(push_constant) uniform ProjectPush {
-    uint first_pair;     // of this batch; a pair is light * patch_count + patch
+    uint first_pair;     // of this batch; a pair is light * patch_count + patch, or one of `pairs`
     uint pair_count;     // in this batch
-    uint first_patch;    // of those that light is imaged by
     uint patch_count;
     uint first_light;
     uint receiver_count;
@@ -27,7 +27,7 @@ layout(push_constant) uniform ProjectPush {
     float spread;        // variance of the kernel over that of the patch
     float flat_spread;   // where the patch is flat
     uint trace;          // 0: nothing can block
-    uint merged;         // 1: patches are merged from many triangles, and large
+    uint merged;         // 1: patches are merged from many triangles, and large; which light each images is in `pairs`
 } push;
 
 #include "trace.glsl"
@@ -42,8 +42,6 @@ layout(push_constant) uniform ProjectPush {
 const float FEW_TEXELS = 36.0;
 // Footprints of merged patches whose ends are seen at less than this angle, rad, are spread on the plane.
 const float NARROW = 0.05;
-// The coarsest level for footprints of merged patches that end in a line.
-const int SHARP_LEVEL = 1;
 
 // The part of the plane that rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) from
 // its centre. To first order they meet the plane at d, by perspective at d / (1 + g.d).
@@ -134,9 +132,9 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
 
     // A footprint whose standard deviation is 2^l texels or more everywhere goes to level l, where
     // it covers fewer texels. Interpolation adds the variance (4^l - 1)/4, so it is taken off
-    // before. One of a large patch that ends in a line stays where that is sharp.
+    // before.
     float variance = min(minor_variance(kernel), 1e6);
-    int level = clamp(findMSB(uint(variance)) / 2, 0, min(coarsest_level(receiver), folded && push.merged != 0 ? SHARP_LEVEL : COARSEST));
+    int level = clamp(findMSB(uint(variance)) / 2, 0, coarsest_level(receiver));
     Level tile = level_of(receiver, level);
     float scale = 1.0 / float(1 << level);
     vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
@@ -235,8 +233,9 @@ void main() {
     uint count = 0;
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
-        Patch patch_ = patches[push.first_patch + pair % push.patch_count];
-        Light light = suns[push.first_light + pair / push.patch_count];
+        uvec2 members = push.merged != 0 ? pairs[pair] : uvec2(pair % push.patch_count, push.first_light + pair / push.patch_count);
+        Patch patch_ = patches[members.x];
+        Light light = suns[members.y];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
         vec3 flux[2];

@@ -77,7 +77,7 @@ mirrors! {
 
     SamplePush { first_patch: u32, patch_count: u32, reflector_count: u32, }
     ProjectPush {
-        first_pair: u32, pair_count: u32, first_patch: u32, patch_count: u32,
+        first_pair: u32, pair_count: u32, patch_count: u32,
         first_light: u32, receiver_count: u32, lobes: u32, spread: f32,
         flat_spread: f32, trace: u32, merged: u32,
     }

@@ -321,8 +321,12 @@ impl Renderer {
             }
             Caustic::Points(_) => 0,
             _ => {
-                let merged = self.scene.pairs.iter().flat_map(|pairs| &pairs.classes);
-                self.scene.patch_count + merged.map(|class| class.patch_count).sum::<u32>()
+                let merged = self
+                    .scene
+                    .pairs
+                    .as_ref()
+                    .map_or(0, |pairs| pairs.patch_count);
+                self.scene.patch_count + merged
             }
         }
     }

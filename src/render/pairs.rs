@@ -1,19 +1,22 @@
 //! Which cells of an environment are imaged by which patches.
 //!
-//! A pair of cell and patch makes one footprint, blurred by the widths of both. The cells are put
-//! into classes, each with a division of the mirrors of its own: bright cells get small patches. Of all
-//! ways to spend the pairs, the one is taken whose footprints are the narrowest, weighed by flux. A
-//! sun in the sky is imaged by the patches that other suns get.
+//! A pair of cell and patch makes one footprint, blurred by the widths of both. Every cell is imaged by
+//! all patches of one of some divisions of the mirrors: bright cells get small patches. Of all ways to spend
+//! the pairs, the one is taken whose footprints are the narrowest, weighed by flux. A sun in the sky is
+//! imaged by the patches that other suns get.
+//!
+//! Halving cells and patches pair by pair, always where that narrows the footprints most, is worse: their
+//! sum is uneven where sizes change.
 
 use super::layout::{Light, Patch};
-use super::merged::Merged;
+use super::merged::{Merged, WAYS};
 use super::sky::{SkyCell, sky_cells};
 use super::soup::Soup;
 use super::upload::Sky;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context};
 use crate::scene::{Object, Scene};
-use glam::DVec3;
+use glam::{DVec3, UVec2};
 use std::sync::Arc;
 
 /// Pairs for every sample that is asked for.
@@ -28,12 +31,11 @@ const FINER: usize = 4;
 const FEWEST_CELLS: usize = 8;
 const MORE_CELLS: usize = 2;
 
-/// Cells that are imaged by the same patches.
+/// Lights that are imaged by the same patches.
 #[derive(Debug, Clone, Copy)]
 pub struct Class {
     pub first_light: u32,
     pub light_count: u32,
-    pub first_patch: u32,
     pub patch_count: u32,
 }
 
@@ -41,13 +43,16 @@ pub struct Class {
 pub struct Pairs {
     pub lights: Buffer,
     pub patches: Buffer,
-    pub classes: Vec<Class>,
+    pub patch_count: u32,
+    /// Patch and light of each.
+    pub pairs: Buffer,
+    pub pair_count: u32,
     /// What is bright and narrow as a sun is, at most [`MOST_SUNS`].
     suns: Vec<SkyCell>,
     cells: Vec<SkyCell>,
     merged: Merged,
-    /// Of the mirrors' divisions, by class.
-    divisions: Vec<usize>,
+    /// Divisions of the mirrors and ways to divide that the patches are of.
+    kinds: Vec<[usize; 2]>,
     samples: u32,
 }
 
@@ -71,11 +76,11 @@ impl Pairs {
             .take_while(|&patches| patches == FEWEST || patches <= budget / FEWEST_CELLS)
             .collect();
         let distance = distance(scene);
-        let merged = Merged::new(scene, soup, &counts, distance);
+        let merged = Merged::new(scene, soup, &counts, 1, distance);
         let cell_counts: Vec<usize> = steps(FEWEST_CELLS, MORE_CELLS)
             .take_while(|&cells| cells == FEWEST_CELLS || cells * FEWEST <= budget)
             .collect();
-        let sizes: Vec<usize> = (0..counts.len()).map(|i| merged.count(i)).collect();
+        let sizes: Vec<usize> = (0..counts.len()).map(|i| merged.count([i, 0])).collect();
         let (suns, cells, chosen) = (sky_cells(sky.map, &cell_counts).into_iter())
             .map(|cells| {
                 let finest = merged.variances[merged.variances.len() - 1];
@@ -85,37 +90,38 @@ impl Pairs {
             })
             .min_by(|(_, _, a), (_, _, b)| a.width.total_cmp(&b.width))
             .expect("there are counts");
-        let (mut classes, mut divisions) = (Vec::new(), Vec::new());
-        let mut cells: Vec<(usize, SkyCell)> = chosen.divisions.into_iter().zip(cells).collect();
-        cells.sort_by_key(|(division, _)| *division);
-        let (mut first_light, mut first_patch) = (0, 0);
-        for (division, &patches) in sizes.iter().enumerate() {
-            let members = cells.iter().filter(|(chosen, _)| *chosen == division);
-            let light_count = members.count() as u32;
-            if light_count == 0 || patches == 0 {
-                continue;
+        // The same divisions, as far as they are used, in many ways.
+        let used = chosen.divisions.iter().max().map_or(0, |finest| finest + 1);
+        let merged = Merged::new(scene, soup, &counts[..used], WAYS, distance);
+        let mut kinds: Vec<[usize; 2]> = Vec::new();
+        let mut pairs = Vec::new();
+        let mut first_patch = 0;
+        for division in 0..used {
+            let members = || (0..cells.len()).filter(|&cell| chosen.divisions[cell] == division);
+            for way in 0..WAYS.min(members().count()) {
+                let patches = merged.count([division, way]) as u32;
+                // Cells side by side are imaged in different ways.
+                for cell in members().skip(way).step_by(WAYS) {
+                    let of_cell =
+                        (0..patches).map(|patch| UVec2::new(first_patch + patch, cell as u32));
+                    pairs.extend(of_cell);
+                }
+                kinds.push([division, way]);
+                first_patch += patches;
             }
-            classes.push(Class {
-                first_light,
-                light_count,
-                first_patch,
-                patch_count: patches as u32,
-            });
-            divisions.push(division);
-            first_light += light_count;
-            first_patch += patches as u32;
         }
-        let cells: Vec<SkyCell> = cells.into_iter().map(|(_, cell)| cell).collect();
-        let lights: Vec<Light> = lights_of(&cells, sky);
-        let patches = merged.patches(soup, &divisions);
+        let lights = lights_of(&cells, sky);
+        let patches = merged.patches(soup, &kinds);
         Ok(Self {
             lights: Buffer::with_data(context, "sky cells", &lights)?,
             patches: Buffer::with_data(context, "merged patches", &patches)?,
-            classes,
+            patch_count: patches.len() as u32,
+            pairs: Buffer::with_data(context, "pairs", &pairs)?,
+            pair_count: pairs.len() as u32,
             suns,
             cells,
             merged,
-            divisions,
+            kinds,
             samples,
         })
     }
@@ -144,14 +150,9 @@ impl Pairs {
         lights_of(&self.suns, sky)
     }
 
-    /// The patches of all classes, for the present place of the mirrors.
+    /// The patches, for the present place of the mirrors.
     pub fn patches_of(&self, soup: &Soup) -> Vec<Patch> {
-        self.merged.patches(soup, &self.divisions)
-    }
-
-    pub fn most_pairs(&self) -> u32 {
-        let pairs = |class: &Class| class.light_count * class.patch_count;
-        self.classes.iter().map(pairs).max().unwrap_or(0)
+        self.merged.patches(soup, &self.kinds)
     }
 }
 

@@ -3,10 +3,11 @@
 use super::kernel::{FLAT_SPREAD, MERGED_SPREAD, SPREAD, profiles};
 use super::layout::{Footprint, ProjectPush};
 use super::listed::{Batch, Listed};
-use super::pairs::{Class, Pairs};
+use super::pairs::Class;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
+use glam::UVec2;
 use std::sync::Arc;
 
 /// Footprints that a patch may throw on a receiver one way: one, and its fold.
@@ -18,28 +19,31 @@ pub struct Project {
     /// Of the environment's cells, by merged patches.
     of_sky: Option<Pipeline>,
     pub listed: Listed,
+    /// In the place of the environment's.
+    _no_pairs: Buffer,
 }
 
 impl Project {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let slots = SLOTS * scene.flat_targets();
-        let most_sky = scene.pairs.as_ref().map_or(0, Pairs::most_pairs);
+        let of_environment = scene.pairs.as_ref().map_or(0, |pairs| pairs.pair_count);
         let listed = Listed::new(
             context,
             scene,
-            most_sky.max(scene.patch_room * scene.light_count()),
+            of_environment.max(scene.patch_room * scene.light_count()),
             size_of::<Footprint>(),
             slots,
             scene.flat_count,
         )?;
         let profiles = Buffer::with_data(context, "profiles", &profiles())?;
-        let pipeline = |patches: &Buffer, lights: &Buffer| {
+        let pipeline = |patches: &Buffer, lights: &Buffer, pairs: &Buffer| {
             scene.compute(
                 context,
                 &shaders::PROJECT_COMP,
                 &[
                     ("patches", Resource::Buffer(patches)),
                     ("suns", Resource::Buffer(lights)),
+                    ("pairs", Resource::Buffer(pairs)),
                     ("profiles", Resource::Buffer(&profiles)),
                     ("footprints", Resource::Buffer(&listed.thrown)),
                     ("counts", Resource::Buffer(&listed.counts)),
@@ -48,20 +52,26 @@ impl Project {
                 ],
             )
         };
-        let of_suns = pipeline(patches, &scene.suns)?;
+        let no_pairs = Buffer::new(context, "no pairs", size_of::<UVec2>() as u64)?;
+        let of_suns = pipeline(patches, &scene.suns, &no_pairs)?;
         let of_sky = (scene.pairs.as_ref())
-            .map(|pairs| pipeline(&pairs.patches, &pairs.lights))
+            .map(|pairs| pipeline(&pairs.patches, &pairs.lights, &pairs.pairs))
             .transpose()?;
         Ok(Self {
             of_suns,
             of_sky,
             listed,
+            _no_pairs: no_pairs,
         })
     }
 
     /// Those of the environment after the others.
     pub fn batches(&self, scene: &DeviceScene) -> impl Iterator<Item = (Batch, bool)> {
-        let sky = (scene.pairs.iter()).flat_map(|pairs| pairs.classes.iter().copied());
+        let sky = (scene.pairs.iter()).map(|pairs| Class {
+            first_light: 0,
+            light_count: 1,
+            patch_count: pairs.pair_count,
+        });
         let [suns, sky] = [
             self.listed.batches(scene.lights(false)),
             self.listed.batches(sky),
@@ -78,14 +88,12 @@ impl Project {
     ) {
         let Class {
             first_light,
-            first_patch,
             patch_count,
             ..
         } = batch.class;
         let push = ProjectPush {
             first_pair: batch.first_pair,
             pair_count: batch.pair_count,
-            first_patch,
             patch_count,
             first_light,
             receiver_count: scene.flat_count,

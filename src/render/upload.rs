@@ -257,7 +257,6 @@ impl DeviceScene {
         Class {
             first_light: 0,
             light_count: self.light_count(),
-            first_patch: 0,
             patch_count: self.patch_count,
         }
     }
