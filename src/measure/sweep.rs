@@ -716,8 +716,10 @@ fn verdict(
     if best.l1 < GOOD {
         return Some(format!("{label} falls below {goal} %: {best_is}."));
     }
-    // Four times the samples that win less than this say that samples are not what it lacks.
+    // Four times the samples that win less than this say that samples are not what it lacks. Nor can they mend
+    // what is no area.
     let stuck = match measured {
+        _ if curve.settings.area == Area::Product => true,
         [.., coarse, fine] => fine.point.l1 > STUCK * coarse.point.l1,
         _ => curve.settings.method != Method::Points,
     };
