@@ -15,7 +15,8 @@ use glam::{DMat2, DMat3, DQuat, DVec2, DVec3, EulerRot};
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Pieces for every patch of the finest division.
+/// Pieces for every patch of the finest division. With 4 the cuts of the ways are rough: the ring of [`WAYS`] has
+/// 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
 const PIECES: f64 = 16.0;
 /// The midpoints of a triangle's sides, in its edges from the first corner: for what is linear over
 /// the triangle, their moments are the triangle's, up to the second.
@@ -42,8 +43,6 @@ pub struct Merged {
     pieces: Vec<Piece>,
     /// By way.
     cells: Vec<Cells>,
-    /// By division, m²: mean variance of where the light of a patch's points ends up.
-    pub variances: Vec<f64>,
 }
 
 impl Merged {
@@ -69,42 +68,24 @@ impl Merged {
             roots.push(first..pieces.len());
         }
         let sums: Vec<Sums> = pieces.iter().map(|piece| piece.sums(soup)).collect();
-        let points_of = |way: usize| -> Vec<Point<6>> {
-            let turned = direction_of(way);
-            (sums.iter())
-                .map(|sums| {
-                    let (x, n) = match sums.area > 0.0 {
-                        true => (turned * sums.x / sums.area, turned * sums.n / sums.area),
-                        false => (DVec3::ZERO, DVec3::ZERO),
-                    };
-                    // Light turns by twice as much as the normal.
-                    let turn = 2.0 * distance * n;
-                    Point {
-                        place: [x.x, x.y, x.z, turn.x, turn.y, turn.z],
-                        weight: sums.area,
-                    }
-                })
-                .collect()
-        };
-        let cells: Vec<Cells> = (0..ways)
-            .map(|way| split(&points_of(way), &roots, counts))
+        let cells = (0..ways)
+            .map(|way| split(&points(&sums, way, distance), &roots, counts))
             .collect();
-        let points = points_of(0);
+        Self { pieces, cells }
+    }
+
+    /// By division, m²: mean variance of where the light of a patch's points ends up.
+    pub fn variances(&self, soup: &Soup, distance: f64) -> Vec<f64> {
+        let sums: Vec<Sums> = self.pieces.iter().map(|piece| piece.sums(soup)).collect();
+        let total: f64 = sums.iter().map(|sums| sums.area).sum();
+        let points = points(&sums, 0, distance);
+        let cells = &self.cells[0];
         let variance = |division: &Vec<Range<usize>>| -> f64 {
-            let sum: f64 = (division.iter())
-                .map(|cell| {
-                    let moments = Moments::of(cells[0].points(cell).map(|i| &points[i]));
-                    moments.weight * moments.trace()
-                })
-                .sum();
-            sum / total
+            let moments =
+                (division.iter()).map(|cell| Moments::of(cells.points(cell).map(|i| &points[i])));
+            moments.map(|m| m.weight * m.trace()).sum::<f64>() / total
         };
-        let variances = cells[0].divisions.iter().map(variance).collect();
-        Self {
-            pieces,
-            cells,
-            variances,
-        }
+        cells.divisions.iter().map(variance).collect()
     }
 
     /// How many patches a division has in a way.
@@ -135,6 +116,25 @@ impl Merged {
             })
             .collect()
     }
+}
+
+/// Where the pieces are and where they send the light, in the axes of a way.
+fn points(sums: &[Sums], way: usize, distance: f64) -> Vec<Point<6>> {
+    let turned = direction_of(way);
+    (sums.iter())
+        .map(|sums| {
+            let (x, n) = match sums.area > 0.0 {
+                true => (turned * sums.x / sums.area, turned * sums.n / sums.area),
+                false => (DVec3::ZERO, DVec3::ZERO),
+            };
+            // Light turns by twice as much as the normal.
+            let turn = 2.0 * distance * n;
+            Point {
+                place: [x.x, x.y, x.z, turn.x, turn.y, turn.z],
+                weight: sums.area,
+            }
+        })
+        .collect()
 }
 
 /// The axes along which pieces are merged in a way: those of the scene, then others all around.

@@ -76,16 +76,20 @@ impl Pairs {
             .take_while(|&patches| patches == FEWEST || patches <= budget / FEWEST_CELLS)
             .collect();
         let distance = distance(scene);
-        let merged = Merged::new(scene, soup, &counts, 1, distance);
         let cell_counts: Vec<usize> = steps(FEWEST_CELLS, MORE_CELLS)
             .take_while(|&cells| cells == FEWEST_CELLS || cells * FEWEST <= budget)
             .collect();
-        let sizes: Vec<usize> = (0..counts.len()).map(|i| merged.count([i, 0])).collect();
+        let (sizes, variances): (Vec<usize>, Vec<f64>) = {
+            let merged = Merged::new(scene, soup, &counts, 1, distance);
+            let size = |division| merged.count([division, 0]);
+            let variances = merged.variances(soup, distance);
+            ((0..counts.len()).map(size).collect(), variances)
+        };
+        let finest = variances[variances.len() - 1] / (distance * distance);
         let (suns, cells, chosen) = (sky_cells(sky.map, &cell_counts).into_iter())
             .map(|cells| {
-                let finest = merged.variances[merged.variances.len() - 1];
-                let (suns, cells) = part_suns(cells, finest / (distance * distance));
-                let chosen = choose(&cells, &sizes, &merged.variances, distance, budget);
+                let (suns, cells) = part_suns(cells, finest);
+                let chosen = choose(&cells, &sizes, &variances, distance, budget);
                 (suns, cells, chosen)
             })
             .min_by(|(_, _, a), (_, _, b)| a.width.total_cmp(&b.width))
@@ -97,11 +101,13 @@ impl Pairs {
         let mut pairs = Vec::new();
         let mut first_patch = 0;
         for division in 0..used {
-            let members = || (0..cells.len()).filter(|&cell| chosen.divisions[cell] == division);
-            for way in 0..WAYS.min(members().count()) {
+            let members: Vec<usize> = (0..cells.len())
+                .filter(|&cell| chosen.divisions[cell] == division)
+                .collect();
+            for way in 0..WAYS.min(members.len()) {
                 let patches = merged.count([division, way]) as u32;
                 // Cells side by side are imaged in different ways.
-                for cell in members().skip(way).step_by(WAYS) {
+                for &cell in members.iter().skip(way).step_by(WAYS) {
                     let of_cell =
                         (0..patches).map(|patch| UVec2::new(first_patch + patch, cell as u32));
                     pairs.extend(of_cell);

@@ -67,6 +67,7 @@ impl Project {
 
     /// Those of the environment after the others.
     pub fn batches(&self, scene: &DeviceScene) -> impl Iterator<Item = (Batch, bool)> {
+        // The list of pairs is as long as one light would have patches.
         let sky = (scene.pairs.iter()).map(|pairs| Class {
             first_light: 0,
             light_count: 1,

@@ -125,7 +125,8 @@ impl DeviceScene {
         let triangles_of: Vec<bool> = (suns.iter())
             .map(|light| match settings.method {
                 super::Method::Footprint => is_narrow(scene, &soup, &receivers, light),
-                method => method == super::Method::Beams,
+                super::Method::Beams => true,
+                super::Method::Pinhole | super::Method::Points => false,
             })
             .collect();
 
