@@ -19,8 +19,9 @@ layout(std430, binding = 7) readonly buffer Profiles { Profile profiles[]; };
 layout(std430, binding = 8) writeonly buffer Spots { Spot spots[]; };
 layout(std430, binding = 9) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 10) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // spots, lit pairs
+layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light, where patches are merged
 layout(push_constant) uniform CurvedPush {
-    uint first_pair;     // of this batch; a pair is light * patch_count + patch
+    uint first_pair;     // of this batch; a pair is light * patch_count + patch, or one of `pairs`
     uint pair_count;     // in this batch
     uint patch_count;
     uint curved_count;
@@ -28,6 +29,7 @@ layout(push_constant) uniform CurvedPush {
     float spread;        // variance of the kernel over that of the patch
     float flat_spread;   // where the patch is flat
     uint trace;          // 0: nothing can block
+    uint merged;         // 1: patches are merged from many triangles, and large; which light each images is in `pairs`
 } push;
 
 #include "trace.glsl"
@@ -44,6 +46,15 @@ const float WIDEST_SUPPORT = 18.0;
 // Of a texel seen edge on, its covariance's smaller part over the larger.
 const float THINNEST = 1e-3;
 
+// Root of the covariance of the light's directions across the ray.
+mat2 light_growth(Light light, Sun sun, vec3 n, float ratio, mat2x3 across) {
+    vec3 a, b;
+    axes_of(light, sun, a, b);
+    a = sent_change(sun.direction, n, a, vec3(0.0), ratio);
+    b = sent_change(sun.direction, n, b, vec3(0.0), ratio);
+    return mat2(a * across, b * across);
+}
+
 // Light of a patch. Across `along`, in the axes a and b, the section at the distance s has its middle
 // at middle + s drift and the root of covariance (of_patch + s patch_growth, s light_growth).
 struct Tube {
@@ -58,6 +69,26 @@ struct Tube {
     mat2 light_growth;
     float sharpest;  // of the kernel
 };
+
+// Of a merged patch, by derivatives at its middle: rays from the midpoints of a large patch may part too much.
+Tube merged_tube(Patch patch_, Light light, Sun sun, float ratio) {
+    Tube tube;
+    vec3 n = normalize(patch_.normal);
+    tube.start = patch_.position;
+    tube.along = sent(sun.direction, n, ratio);
+    basis(tube.along, tube.a, tube.b);
+    tube.middle = tube.drift = vec2(0.0);
+    mat2x3 across = mat2x3(tube.a, tube.b);
+    tube.sharpest = CURVED_SHARPEST;
+    for (int i = 0; i < 2; i++) {
+        vec2 st = sqrt(push.spread) * AXES[i];
+        vec3 bend = normalize_change(patch_.normal, st.x * patch_.bend1 + st.y * patch_.bend2);
+        tube.of_patch[i] = (st.x * patch_.edge1 + st.y * patch_.edge2) * across;
+        tube.patch_growth[i] = sent_change(sun.direction, n, vec3(0.0), bend, ratio) * across;
+    }
+    tube.light_growth = light_growth(light, sun, n, ratio, across);
+    return tube;
+}
 
 // Not any where the rays from the midpoints part too much for a tube.
 bool tube_of(Patch patch_, Light light, Sun sun, float ratio, out Tube tube) {
@@ -92,12 +123,7 @@ bool tube_of(Patch patch_, Light light, Sun sun, float ratio, out Tube tube) {
     tube.of_patch = deviation * mat2((at[0] - at[1]) * sqrt(1.0 / 6.0), (at[2] - tube.middle) * sqrt(0.5));
     tube.patch_growth = deviation * mat2((slope[0] - slope[1]) * sqrt(1.0 / 6.0), (slope[2] - tube.drift) * sqrt(0.5));
 
-    vec3 n = normalize(patch_.normal);
-    vec3 a, b;
-    axes_of(light, sun, a, b);
-    a = sent_change(sun.direction, n, a, vec3(0.0), ratio);
-    b = sent_change(sun.direction, n, b, vec3(0.0), ratio);
-    tube.light_growth = mat2(a * across, b * across);
+    tube.light_growth = light_growth(light, sun, normalize(patch_.normal), ratio, across);
     return true;
 }
 
@@ -106,6 +132,17 @@ float variance_along(Tube tube, vec2 u, float s) {
     vec2 of_patch = u * (tube.of_patch + s * tube.patch_growth);
     vec2 of_light = u * (s * tube.light_growth);
     return dot(of_patch, of_patch) + dot(of_light, of_light);
+}
+
+// Of the section's width at the distance s, over the width, 1/m.
+float growth_at(Tube tube, float s) {
+    mat2 of_patch = tube.of_patch + s * tube.patch_growth;
+    mat2 of_light = s * tube.light_growth;
+    float variance = dot(of_patch[0], of_patch[0]) + dot(of_patch[1], of_patch[1])
+        + dot(of_light[0], of_light[0]) + dot(of_light[1], of_light[1]);
+    float change = dot(of_patch[0], tube.patch_growth[0]) + dot(of_patch[1], tube.patch_growth[1])
+        + dot(of_light[0], tube.light_growth[0]) + dot(of_light[1], tube.light_growth[1]);
+    return variance > 0.0 ? change / variance : 0.0;
 }
 
 // Whether light may fall on a node: false only if some line parts the tube, out to the `support` of
@@ -184,7 +221,7 @@ bool spot_on(Curved receiver, uvec3 place, Tube tube, vec3 flux, vec3 hit, vec3 
     spot.stride = int(receiver.width);
     spot.hit = hit;
     spot.front = front;
-    spot.unused = 0.0;
+    spot.growth = growth_at(tube, s);
     return true;
 }
 
@@ -228,8 +265,9 @@ void main() {
     uint count = 0;
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
-        Patch patch_ = patches[pair % push.patch_count];
-        Light light = suns[pair / push.patch_count];
+        uvec2 members = push.merged != 0 ? pairs[pair] : uvec2(pair % push.patch_count, pair / push.patch_count);
+        Patch patch_ = patches[members.x];
+        Light light = suns[members.y];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
         vec3 flux[2];
@@ -237,7 +275,13 @@ void main() {
             uint first_slot = local * SLOTS * push.lobes * push.curved_count;
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 Tube tube;
-                if (flux[lobe] == vec3(0.0) || !tube_of(patch_, light, sun, lobe == 0 ? 0.0 : ratio, tube)) continue;
+                if (flux[lobe] == vec3(0.0)) continue;
+                float way = lobe == 0 ? 0.0 : ratio;
+                if (push.merged != 0) {
+                    tube = merged_tube(patch_, light, sun, way);
+                } else if (!tube_of(patch_, light, sun, way, tube)) {
+                    continue;
+                }
                 vec3 at = vec3(0.0);
                 vec3 front = vec3(0.0);
                 if (push.trace != 0) {

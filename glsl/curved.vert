@@ -10,7 +10,7 @@ layout(push_constant) uniform DrawPush {
 layout(location = 0) out flat vec4 centre_and_flatness;
 layout(location = 1) out flat vec4 u_and_before;
 layout(location = 2) out flat vec3 v;
-layout(location = 3) out flat vec3 along;
+layout(location = 3) out flat vec4 along_and_growth;
 layout(location = 4) out flat vec4 conic_and_tolerance;
 layout(location = 5) out flat vec3 peak;
 layout(location = 6) out flat vec3 hit;
@@ -25,7 +25,7 @@ void main() {
     centre_and_flatness = vec4(spot.centre, spot.flatness);
     u_and_before = vec4(spot.u, spot.before);
     v = spot.v;
-    along = spot.along;
+    along_and_growth = vec4(spot.along, spot.growth);
     conic_and_tolerance = vec4(spot.conic, spot.tolerance);
     peak = spot.peak;
     hit = spot.hit;

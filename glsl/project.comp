@@ -99,7 +99,7 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
         mean_distance = dot(receiver.origin - patch_.position, m) / dot(r, m);
         centre = to_texels(receiver, patch_.position + mean_distance * r);
         for (int i = 0; i < 2; i++) {
-            vec2 st = i == 0 ? vec2(0.5, -0.5) * sqrt(1.0 / 6.0) : vec2(sqrt(0.5) / 6.0);
+            vec2 st = AXES[i];
             vec3 bend = normalize_change(patch_.normal, st.x * patch_.bend1 + st.y * patch_.bend2);
             vec3 change = st.x * patch_.edge1 + st.y * patch_.edge2
                 + mean_distance * sent_change(sun.direction, normal, vec3(0.0), bend, ratio);

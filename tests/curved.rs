@@ -172,6 +172,32 @@ fn caustics_on_curved_meshes_are_those_of_the_reference() {
     }
 }
 
+/// Two windows, mirrored on a globe.
+#[test]
+fn an_environment_lights_meshes() {
+    let device = Device::open();
+    let map = [64, 64];
+    let mut scene = scene(receiver(globe().0, vec![], map));
+    scene.lights = load("table.toml").lights;
+    let truth = image(&solve(&scene, "receiver", map, &options(0.015)));
+    let caustic = |scene: &Scene, samples| device.caustic(scene, "receiver", &footprint(samples));
+    let found = caustic(&scene, 16_384);
+    assert_physical(&found);
+    let (_, texels) = texels(&scene, "receiver");
+    let exact = flux(&truth, &texels);
+    let energy = |map| (flux(map, &texels) / exact - 1.0).abs();
+    let bright = caustic(&brighter(scene.clone(), 1.05), 16_384);
+    assert_error("energy", 0.02, energy(&found), energy(&bright));
+    let mut turned = scene.clone();
+    if let LightKind::Environment { rotation, .. } = &mut turned.lights[0].kind {
+        *rotation += 0.1;
+    }
+    let l1_of = |scene, samples| l1(&caustic(scene, samples), &truth);
+    let (coarse, fine) = (l1_of(&scene, 4096), l1_of(&scene, 65_536));
+    assert_error("L1", 0.08, fine, l1_of(&turned, 65_536));
+    assert!(fine < 0.7 * coarse, "{fine} of {coarse}");
+}
+
 /// The other methods bring the same flux.
 #[test]
 fn points_and_pinhole_light_meshes_too() {

@@ -5,6 +5,9 @@
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
 
+// Root of that covariance: two displacements, in edge1 and edge2.
+const vec2 AXES[2] = vec2[](vec2(0.5, -0.5) * sqrt(1.0 / 6.0), vec2(sqrt(0.5) / 6.0));
+
 // Root of the covariance of the directions from which light comes, rad.
 void axes_of(Light light, Sun sun, out vec3 a, out vec3 b) {
     a = light.axis1;

@@ -164,8 +164,9 @@ struct Footprint {
 };
 
 // The image of a light in a patch on a node of a curved receiver. With q the way from `centre` to a
-// texel's centroid and d = (u . q, v . q) in texels, irradiance
-// peak * kernel_value(flatness, d^T conic d) * max(-along . normal, 0) unless blocked.
+// texel's centroid, size = 1 + growth along . q, and d = (u . q, v . q) / size in texels, irradiance
+// peak / size^2 * kernel_value(flatness, d^T conic d) * max(-way . normal, 0) unless blocked, way that of
+// the light there, of which the part along the ray is 1.
 struct Spot {
     vec3 centre;
     float flatness;  // of the kernel
@@ -182,7 +183,7 @@ struct Spot {
     vec3 hit;        // what the ray meets first, if anything
     int stride;
     vec3 front;      // unit normal there, toward the light; 0: nothing
-    float unused;
+    float growth;    // of the light's width by the way along the ray, over the width, 1/m
 };
 
 // A patch's light on a receiver: a triangle of even irradiance.

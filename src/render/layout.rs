@@ -66,7 +66,7 @@ mirrors! {
     Spot {
         centre: Vec3, flatness: f32, u: Vec3, before: f32, v: Vec3, low: u32, along: Vec3, high: u32,
         conic: Vec3, tolerance: f32, peak: Vec3, base: i32, hit: Vec3, stride: i32,
-        front: Vec3, unused: f32,
+        front: Vec3, growth: f32,
     }
     Beam {
         irradiance: Vec3, unused0: f32,
@@ -84,7 +84,7 @@ mirrors! {
     CompactPush { pair_count: u32, slots: u32, receiver_count: u32, }
     CurvedPush {
         first_pair: u32, pair_count: u32, patch_count: u32, curved_count: u32,
-        lobes: u32, spread: f32, flat_spread: f32, trace: u32,
+        lobes: u32, spread: f32, flat_spread: f32, trace: u32, merged: u32,
     }
     DilatePush { curved: u32, }
     /// Of all that is drawn into the light maps.

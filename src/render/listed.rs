@@ -115,6 +115,23 @@ impl Listed {
             .collect()
     }
 
+    /// The pairs of `suns`, then, marked, those of the environment.
+    pub fn batches_and_sky(
+        &self,
+        scene: &DeviceScene,
+        suns: impl IntoIterator<Item = Class>,
+    ) -> impl Iterator<Item = (Batch, bool)> {
+        // The list of pairs is as long as one light would have patches.
+        let sky = (scene.pairs.iter()).map(|pairs| Class {
+            first_light: 0,
+            light_count: 1,
+            patch_count: pairs.pair_count,
+        });
+        let [suns, sky] = [self.batches(suns), self.batches(sky)];
+        (suns.into_iter().map(|batch| (batch, false)))
+            .chain(sky.into_iter().map(|batch| (batch, true)))
+    }
+
     pub fn record(&self, recorder: &mut Recorder, pair_count: u32) {
         let push = CompactPush {
             pair_count,

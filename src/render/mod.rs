@@ -290,21 +290,10 @@ impl Renderer {
                 "no rays are traced for the caustic: nothing in the scene can block its light";
             notes.push(note.into());
         }
-        let unlit = match self.settings.method {
-            Method::Pinhole => false,
-            Method::Footprint => self.scene.curved_count() > 0,
-            _ => true,
-        };
-        if self.scene.has_environment && unlit {
-            let note = match self.settings.method {
-                Method::Footprint => {
-                    "the environment throws no caustic on meshes: only the method pinhole does that"
-                }
-                _ => {
-                    "the environment throws no caustic, and water lets none of it through: the methods \
-                     footprint and pinhole do that"
-                }
-            };
+        let lights = matches!(self.settings.method, Method::Footprint | Method::Pinhole);
+        if self.scene.has_environment && !lights {
+            let note = "the environment throws no caustic, and water lets none of it through: the \
+                 methods footprint and pinhole do that";
             notes.push(note.into());
         } else if self.scene.reflector_count == 0 && !self.scene.has_environment {
             notes.push("no caustic: no mirror faces a light".into());
@@ -402,7 +391,7 @@ impl Renderer {
             } => {
                 (narrow.iter()).any(|beams| !beams.batches(scene).is_empty())
                     || (wide.iter()).any(|wide| wide.project.batches(scene).next().is_some())
-                    || (curved.iter()).any(|splats| !splats.batches(scene).is_empty())
+                    || (curved.iter()).any(|splats| splats.batches(scene).next().is_some())
             }
             _ if scene.reflector_count == 0 => false,
             Caustic::Points(points) => !points.batches.is_empty(),
@@ -463,7 +452,7 @@ impl Renderer {
                         record_batch(
                             recorder,
                             &splats.listed,
-                            batch.pair_count,
+                            batch.0.pair_count,
                             &mut clear,
                             |r| splats.record_project(r, scene, batch),
                             |r, clear| splats.record_draw(r, light_map, clear),

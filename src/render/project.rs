@@ -26,11 +26,10 @@ pub struct Project {
 impl Project {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, patches: &Buffer) -> Result<Self> {
         let slots = SLOTS * scene.flat_targets();
-        let of_environment = scene.pairs.as_ref().map_or(0, |pairs| pairs.pair_count);
         let listed = Listed::new(
             context,
             scene,
-            of_environment.max(scene.patch_room * scene.light_count()),
+            scene.pair_room(),
             size_of::<Footprint>(),
             slots,
             scene.flat_count,
@@ -67,18 +66,7 @@ impl Project {
 
     /// Those of the environment after the others.
     pub fn batches(&self, scene: &DeviceScene) -> impl Iterator<Item = (Batch, bool)> {
-        // The list of pairs is as long as one light would have patches.
-        let sky = (scene.pairs.iter()).map(|pairs| Class {
-            first_light: 0,
-            light_count: 1,
-            patch_count: pairs.pair_count,
-        });
-        let [suns, sky] = [
-            self.listed.batches(scene.lights(false)),
-            self.listed.batches(sky),
-        ];
-        (suns.into_iter().map(|batch| (batch, false)))
-            .chain(sky.into_iter().map(|batch| (batch, true)))
+        self.listed.batches_and_sky(scene, scene.lights(false))
     }
 
     pub fn record(

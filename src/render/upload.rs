@@ -115,7 +115,13 @@ impl DeviceScene {
         } = lights(scene, soup.origin)?;
         let sun_count = suns.len() as u32;
         let pairs = (environment.as_ref())
-            .filter(|_| settings.method == super::Method::Footprint && flat_count > 0)
+            .filter(|_| settings.method == super::Method::Footprint)
+            .filter(|_| {
+                scene
+                    .objects
+                    .iter()
+                    .any(|object| object.light_map.is_some())
+            })
             .filter(|_| scene.specular_objects().next().is_some())
             .map(|sky| Pairs::new(context, scene, &soup, sky, settings.samples))
             .transpose()?;
@@ -265,6 +271,12 @@ impl DeviceScene {
     /// Suns, lamps, and what is like a sun in the environment.
     pub fn light_count(&self) -> u32 {
         self.triangles_of.len() as u32
+    }
+
+    /// Pairs of patch and light there may be: of suns and lamps, or of the environment's cells.
+    pub fn pair_room(&self) -> u32 {
+        let of_environment = self.pairs.as_ref().map_or(0, |pairs| pairs.pair_count);
+        of_environment.max(self.patch_room * self.light_count())
     }
 
     /// Receivers that are rects, counted once for every way that light takes to them.
