@@ -238,12 +238,17 @@ void main() {
         Light light = suns[members.y];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
+        // Mirrored light of the sky is a matter of light_image where the patch does not touch the receiver.
+        bool is_imaged = push.merged != 0 && ratio == 0.0;
+        uint near = is_imaged ? 0 : 1;
+        for (uint index = 0; is_imaged && index < push.receiver_count; index++) near |= uint(touches(patch_, receivers[index]));
         vec3 flux[2];
-        if (flux_of(patch_, light, sun, ratio, flux)) {
+        if (near != 0 && flux_of(patch_, light, sun, ratio, flux)) {
             uint first_slot = local * 2 * push.lobes * push.receiver_count;
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 if (flux[lobe] == vec3(0.0)) continue;
                 for (uint index = 0; index < push.receiver_count; index++) {
+                    if (is_imaged && !touches(patch_, receivers[index])) continue;
                     Footprint found[2];
                     uint more = project(patch_, light, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
                     uint slot = first_slot + count;

@@ -44,12 +44,13 @@
 //!   uploads what has moved.
 //! - *sample*: the mirrors' triangles are cut into patches, small triangles with a normal and its
 //!   change along the edges.
-//! - *project*: each patch images each sun, lamp and part of the sky onto each receiver, as a footprint:
-//!   a centre, a covariance and a flux, or under lights much narrower than texels, a triangle. One ray finds
-//!   whether the light is visible, one whether the receiver is.
+//! - *project*: each patch images each sun and lamp onto each receiver, as a footprint: a centre, a
+//!   covariance and a flux, or under lights much narrower than texels, a triangle. Parts of the sky are
+//!   imaged by larger patches: with their edges, where the patch is far enough from the receiver to be a point,
+//!   as footprints where it is not. One ray finds whether the light is visible, one whether the receiver is.
 //! - *compact*: footprints that exist are listed in a fixed order, so that equal input gives equal
 //!   bits on the same device and driver.
-//! - *splat*: each footprint becomes a quad, and its kernel or triangle is added to the light maps by
+//! - *splat*: each footprint becomes a quad, and its kernel, triangle or image is added to the light maps by
 //!   blending, wide ones at a coarser level.
 //! - *resolve*: the coarser levels are interpolated and added to the light maps.
 //! - *direct*: light that reaches the receivers without a mirror.

@@ -63,9 +63,9 @@ struct Light {
     vec3 power;      // lamp: W/sr; otherwise W/m^2 on a plane that faces it
     uint is_lamp;
     vec3 axis1;      // but for lamps: root of the covariance of its directions, rad
-    float unused0;
+    float half_azimuth; // of the sky: half its range of azimuths, rad
     vec3 axis2;
-    float unused1;
+    float half_sine;    // and of the sines of elevation
 };
 
 // A rectangle with a light map: the tile of the atlas from (tile_x, tile_y) on, v upward.
@@ -161,6 +161,27 @@ struct Footprint {
     float bulge_y;
     vec2 lower;      // corners of what it covers in the atlas
     vec2 upper;
+};
+
+// The image of a part of the sky in a patch on a receiver. With q = (texel - foot, 1) and the squared length
+// s2 = 1 + dot(size, (texel - foot)^2) of the way to the texel over the patch's height, the part is seen
+// within |u| < 1 and |v| < 1, u = east . q / ahead . q, v = up . q / sqrt(s2) - sine - shear u, and
+// its irradiance there is radiance * cosine . q / s2^2.
+struct LightImage {
+    vec2 foot;       // of the patch on the receiver's plane, in the atlas
+    vec2 lower;      // corners of what it covers in the atlas
+    vec2 upper;
+    vec2 size;       // squared, of a texel over the patch's height
+    vec3 ahead;
+    float sharp_azimuth; // one over the half width of the edges
+    vec3 east;
+    float sharp_sine;
+    vec3 up;
+    float shear;
+    vec3 cosine;
+    float sine;
+    vec3 radiance;   // W/m^2, reflected, times the patch's area over its squared height
+    float unused;
 };
 
 // The image of a light in a patch on a node of a curved receiver. With q the way from `centre` to a

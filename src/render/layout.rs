@@ -32,7 +32,7 @@ mirrors! {
     Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, is_curved: u32, }
     Light {
         place: Vec3, size: f32, power: Vec3, is_lamp: u32,
-        axis1: Vec3, unused0: f32, axis2: Vec3, unused1: f32,
+        axis1: Vec3, half_azimuth: f32, axis2: Vec3, half_sine: f32,
     }
     Receiver {
         origin: Vec3, tile_x: u32,
@@ -63,6 +63,11 @@ mirrors! {
         centre: Vec2, slant: Vec2, conic: Vec3, flatness: f32, peak: Vec3, bulge_x: f32,
         cut: Vec3, bulge_y: f32, lower: Vec2, upper: Vec2,
     }
+    LightImage {
+        foot: Vec2, lower: Vec2, upper: Vec2, size: Vec2,
+        ahead: Vec3, sharp_azimuth: f32, east: Vec3, sharp_sine: f32, up: Vec3, shear: f32,
+        cosine: Vec3, sine: f32, radiance: Vec3, unused: f32,
+    }
     Spot {
         centre: Vec3, flatness: f32, u: Vec3, before: f32, v: Vec3, low: u32, along: Vec3, high: u32,
         conic: Vec3, tolerance: f32, peak: Vec3, base: i32, hit: Vec3, stride: i32,
@@ -80,6 +85,9 @@ mirrors! {
         first_pair: u32, pair_count: u32, patch_count: u32,
         first_light: u32, receiver_count: u32, lobes: u32, spread: f32,
         flat_spread: f32, trace: u32, merged: u32,
+    }
+    LightImagePush {
+        first_pair: u32, pair_count: u32, receiver_count: u32, spread: f32, trace: u32,
     }
     CompactPush { pair_count: u32, slots: u32, receiver_count: u32, }
     CurvedPush {

@@ -121,13 +121,7 @@ impl Listed {
         scene: &DeviceScene,
         suns: impl IntoIterator<Item = Class>,
     ) -> impl Iterator<Item = (Batch, bool)> {
-        // The list of pairs is as long as one light would have patches.
-        let sky = (scene.pairs.iter()).map(|pairs| Class {
-            first_light: 0,
-            light_count: 1,
-            patch_count: pairs.pair_count,
-        });
-        let [suns, sky] = [self.batches(suns), self.batches(sky)];
+        let [suns, sky] = [self.batches(suns), self.batches(scene.sky_pairs())];
         (suns.into_iter().map(|batch| (batch, false)))
             .chain(sky.into_iter().map(|batch| (batch, true)))
     }

@@ -15,6 +15,7 @@ mod curved;
 mod direct;
 mod kernel;
 mod layout;
+mod light_images;
 mod listed;
 mod merged;
 mod narrow;
@@ -42,6 +43,7 @@ use crate::scene::{Camera, Scene};
 use beams::Beams;
 use curved::{Dilate, Splats};
 use direct::Direct;
+use light_images::LightImages;
 use listed::Listed;
 use parts::Load;
 use pinhole::Pinhole;
@@ -143,6 +145,7 @@ enum Caustic {
 /// Footprints on rects of lights that are not narrow.
 struct Wide {
     project: Project,
+    images: Option<LightImages>,
     splat: Splat,
     resolve: Resolve,
 }
@@ -155,10 +158,14 @@ impl Wide {
         light_map: &Image,
     ) -> Result<Self> {
         let project = Project::new(context, device, patches)?;
+        let images = (device.pairs.as_ref())
+            .map(|pairs| LightImages::new(context, device, pairs, &project.listed.coarse))
+            .transpose()?;
         let splat = Splat::new(context, &project.listed)?;
         let resolve = Resolve::new(context, device, &project.listed, light_map)?;
         Ok(Self {
             project,
+            images,
             splat,
             resolve,
         })
@@ -321,7 +328,8 @@ impl Renderer {
     }
 
     /// Patches that threw light on a receiver in the last [`Renderer::caustic`], each counted once
-    /// a sun; `None` for other methods, where they came in several batches, or where a receiver is a mesh.
+    /// a sun; `None` for other methods, where they came in several batches, under an environment, or where a receiver
+    /// is a mesh.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -338,6 +346,9 @@ impl Renderer {
         let narrow = narrow
             .iter()
             .map(|beams| (&beams.listed, beams.batches(&self.scene).len()));
+        let images = (wide.iter())
+            .filter_map(|wide| wide.images.as_ref())
+            .map(|images| (&images.listed, images.batches(&self.scene).len()));
         let wide = (wide.iter()).map(|wide| {
             (
                 &wide.project.listed,
@@ -345,6 +356,7 @@ impl Renderer {
             )
         });
         match narrow
+            .chain(images)
             .chain(wide)
             .filter(|(_, batches)| *batches > 0)
             .collect::<Vec<_>>()[..]
@@ -435,7 +447,26 @@ impl Renderer {
                 if let Some(beams) = narrow {
                     record_beams(recorder, scene, beams, light_map, &mut clear)?;
                 }
-                if let Some(Wide { project, splat, .. }) = wide {
+                if let Some(Wide {
+                    project,
+                    images,
+                    splat,
+                    ..
+                }) = wide
+                {
+                    // Before footprints: their list also says which levels there are.
+                    for (images, batch) in (images.iter()).flat_map(|images| {
+                        images.batches(scene).into_iter().map(move |b| (images, b))
+                    }) {
+                        record_batch(
+                            recorder,
+                            &images.listed,
+                            batch.pair_count,
+                            &mut clear,
+                            |r| images.record_project(r, scene, batch),
+                            |r, clear| images.record_draw(r, light_map, clear),
+                        )?;
+                    }
                     for batch in project.batches(scene) {
                         record_batch(
                             recorder,

@@ -1,30 +1,36 @@
-//! An environment as cells: parts of the sky that are imaged like suns, each with a covariance of its
-//! own.
+//! An environment as cells: parts of the sky that are imaged like suns, each a rectangle of azimuth and sine
+//! of elevation with a mean radiance.
 //!
-//! Radiance beyond [`BRIGHT`] times the mean is divided by itself, at the image's own resolution, so that
-//! no cell smears a window over the wall around it.
+//! They tile the sky, so that what is even stays even, and are cut where that leaves the least light out of
+//! its place: along the edges of windows first.
 
 use super::layout;
-use super::split::{Cells, Moments, Point, split};
 use super::upload::mip_chain;
 use crate::scene::EnvironmentMap;
 use glam::{DMat2, DVec2, DVec3, Vec3};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};
-use std::ops::Range;
 
-/// Radiance above so many times the mean is bright (4 to 64 times gave the same).
-const BRIGHT: f64 = 8.0;
-/// Rows of the image in which the rest is divided.
-const DIM_ROWS: u32 = 128;
-/// Variance of a cell's kernel over the cell's, so that neighbours add up evenly: as of a patch's.
+/// Rows of the image at which the sky is cut, at most.
+const ROWS: u32 = 1024;
+/// How much of the light of an even part counts as out of place, beside what differs from its mean: what is
+/// seen of a cell is seen of all of it, and light bends alike from all of it. 0.25 to 2.5 gave the same.
+const EVEN_SHARE: f64 = 0.7;
+/// Cells wider than this, rad, count as worse than they are: a quarter of the sky has no middle.
+const WIDEST: f64 = 1.6;
+/// Variance of a cell's kernel over the cell's, where it has one, so that neighbours add up evenly: as of a
+/// patch's.
 const SPREAD: f64 = 1.3;
 
 /// A part of the sky, before it is turned by the rotation of the environment.
 pub struct SkyCell {
-    /// Unit, toward its middle.
-    direction: DVec3,
-    /// Root of the covariance of its directions, rad.
-    axes: [DVec3; 2],
+    /// Of its middle, rad.
+    azimuth: f64,
+    half_azimuth: f64,
+    /// Of the elevation of its middle.
+    sine: f64,
+    half_sine: f64,
     /// On a plane that faces it, W/m² at scale 1.
     irradiance: DVec3,
 }
@@ -32,155 +38,252 @@ pub struct SkyCell {
 impl SkyCell {
     /// The light that it is. `rotation` in rad.
     pub fn light(&self, scale: f32, rotation: f32) -> layout::Light {
-        let turned = |v: DVec3| {
-            let (sine, cosine) = f64::from(rotation).sin_cos();
-            // The azimuth is atan2(x, -z).
-            DVec3::new(cosine * v.x - sine * v.z, v.y, sine * v.x + cosine * v.z).as_vec3()
-        };
+        self.spread_light(scale, rotation, SPREAD)
+    }
+
+    /// The light that it is where it need not run into others.
+    pub fn sun(&self, scale: f32, rotation: f32) -> layout::Light {
+        self.spread_light(scale, rotation, 1.0)
+    }
+
+    fn spread_light(&self, scale: f32, rotation: f32, spread: f64) -> layout::Light {
+        let azimuth = self.azimuth + f64::from(rotation);
+        let cosine = (1.0 - self.sine * self.sine).max(0.0).sqrt();
+        // The azimuth is atan2(x, -z).
+        let (x, z) = (azimuth.sin(), -azimuth.cos());
+        let east = DVec3::new(-z, 0.0, x);
+        let up = DVec3::new(-self.sine * x, cosine, -self.sine * z);
+        let [across, along] = self.deviations().map(|deviation| deviation * spread.sqrt());
         layout::Light {
-            place: turned(self.direction),
+            place: DVec3::new(cosine * x, self.sine, cosine * z).as_vec3(),
             // As if it were a disc of this variance.
-            size: (2.0 * self.variance()).sqrt() as f32,
+            size: (2.0 * (across * across + along * along)).sqrt() as f32,
             power: scale * self.irradiance.as_vec3(),
             is_lamp: 0,
-            axis1: turned(self.axes[0]),
-            unused0: 0.0,
-            axis2: turned(self.axes[1]),
-            unused1: 0.0,
+            axis1: (across * east).as_vec3(),
+            half_azimuth: self.half_azimuth as f32,
+            axis2: (along * up).as_vec3(),
+            half_sine: self.half_sine as f32,
         }
     }
 
-    /// The cell where it need not run into others.
-    pub fn alone(self) -> Self {
-        Self {
-            axes: self.axes.map(|axis| axis / SPREAD.sqrt()),
-            ..self
-        }
+    /// Of its directions, rad: level and upward.
+    fn deviations(&self) -> [f64; 2] {
+        let elevation = |sine: f64| sine.clamp(-1.0, 1.0).asin();
+        let [low, high] = [-1.0, 1.0].map(|side| elevation(self.sine + side * self.half_sine));
+        let cosine = (1.0 - self.sine * self.sine).max(0.0).sqrt();
+        [self.half_azimuth * cosine, 0.5 * (high - low)].map(|half| half / 3f64.sqrt())
     }
+}
 
+/// A rectangle of pixels of the image at which the sky is cut.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    left: usize,
+    top: usize,
+    right: usize,
+    bottom: usize,
     /// Sum over the colours, W/m².
-    pub fn flux(&self) -> f64 {
-        self.irradiance.element_sum()
-    }
+    pub flux: f64,
+    /// Of the directions, both axes together.
+    pub variance: f64,
+    /// Light times how far it is out of place, W/m² rad.
+    pub error: f64,
+}
 
-    /// Variance of the directions, both axes together.
-    pub fn variance(&self) -> f64 {
-        self.axes.iter().map(|axis| axis.length_squared()).sum()
+impl Part {
+    fn can_be_cut(&self) -> bool {
+        self.error > 0.0 && (self.right - self.left > 1 || self.bottom - self.top > 1)
     }
 }
 
-/// A piece of the sky that is not divided further.
-struct Texel {
-    irradiance: DVec3,
-    /// Of its directions, on each axis.
-    variance: f64,
+impl PartialEq for Part {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Part {}
+impl PartialOrd for Part {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Part {
+    /// Equal errors by place, so that divisions do not depend on chance.
+    fn cmp(&self, other: &Self) -> Ordering {
+        let place = |part: &Part| (part.top, part.left);
+        (self.error.total_cmp(&other.error)).then_with(|| place(other).cmp(&place(self)))
+    }
 }
 
-/// Divisions of `map` into `counts` cells, rising.
-pub fn sky_cells(map: &EnvironmentMap, counts: &[usize]) -> Vec<Vec<SkyCell>> {
-    let rows = map.radiance.chunks(map.width as usize).enumerate();
-    let mean: f64 = rows
-        .map(|(row, pixels)| {
-            let sum: f64 = pixels.iter().flatten().map(|&c| f64::from(c)).sum();
-            sum * solid_angle(map, row as u32) / (4.0 * PI)
-        })
-        .sum();
-    if mean <= 0.0 {
-        return counts.iter().map(|_| Vec::new()).collect();
-    }
-    let threshold = BRIGHT * mean;
-    // Share of a pixel's radiance that is not bright.
-    let dim_share = |rgb: [f32; 3]| {
-        let sum: f64 = rgb.iter().map(|&c| f64::from(c)).sum();
-        (threshold / sum.max(f64::MIN_POSITIVE)).min(1.0)
-    };
-    let mut places = Vec::new();
-    let mut texels = Vec::new();
-    let mut add = |map: &EnvironmentMap, share: &dyn Fn([f32; 3]) -> f64| {
-        for row in 0..map.height {
-            let solid_angle = solid_angle(map, row);
-            let (sine, cosine) = ((f64::from(row) + 0.5) * PI / f64::from(map.height)).sin_cos();
-            for column in 0..map.width {
-                let rgb = map.radiance[(row * map.width + column) as usize];
-                let share = share(rgb);
-                let radiance = DVec3::from_array(rgb.map(f64::from));
-                let irradiance = radiance * (share * solid_angle);
-                if irradiance.element_sum() <= 0.0 {
-                    continue;
-                }
-                let azimuth = (f64::from(column) + 0.5) * TAU / f64::from(map.width);
-                places.push(Point {
-                    place: [sine * azimuth.sin(), cosine, -sine * azimuth.cos()],
-                    weight: irradiance.element_sum(),
-                });
-                texels.push(Texel {
-                    irradiance,
-                    variance: solid_angle / 12.0,
-                });
+/// Divisions of an environment.
+pub struct Division {
+    width: usize,
+    height: usize,
+    /// By count.
+    pub parts: Vec<Vec<Part>>,
+}
+
+/// Sums over all pixels above and left of a corner: solid angle, flux, flux × radiance.
+struct Sums {
+    width: usize,
+    height: usize,
+    corners: Vec<[f64; 3]>,
+}
+
+impl Sums {
+    fn new(map: &EnvironmentMap) -> Self {
+        let (width, height) = (map.width as usize, map.height as usize);
+        let mut corners = vec![[0.0; 3]; (width + 1) * (height + 1)];
+        for y in 0..height {
+            let solid_angle = solid_angle(map, y as u32);
+            let mut row = [0.0; 3];
+            for x in 0..width {
+                let radiance = sum(map.radiance[y * width + x]);
+                row[0] += solid_angle;
+                row[1] += radiance * solid_angle;
+                row[2] += radiance * radiance * solid_angle;
+                let corner = (y + 1) * (width + 1) + x + 1;
+                let above = corners[corner - width - 1];
+                corners[corner] = [0, 1, 2].map(|k| above[k] + row[k]);
             }
         }
-        texels.len()
-    };
-    let bright = add(map, &|rgb| 1.0 - dim_share(rgb));
-    // Averages over solid angle of what is not bright.
-    let dim = EnvironmentMap {
-        width: map.width,
-        height: map.height,
-        radiance: (map.radiance.iter())
-            .map(|&rgb| rgb.map(|c| (f64::from(c) * dim_share(rgb)) as f32))
-            .collect(),
-    };
-    let (width, height, radiance) = (mip_chain(&dim, 1.0).into_iter())
-        .find(|(_, height, _)| *height <= DIM_ROWS)
-        .expect("the last level has one row");
-    let all = add(
-        &EnvironmentMap {
+        Self {
             width,
             height,
-            radiance,
-        },
-        &|_| 1.0,
-    );
-    let cells = split(&places, &[0..bright, bright..all], counts);
-    (cells.divisions.iter())
-        .map(|division| {
-            (division.iter())
-                .map(|range| sky_cell(&places, &texels, &cells, range))
-                .collect()
+            corners,
+        }
+    }
+
+    fn part(&self, [left, top, right, bottom]: [usize; 4]) -> Part {
+        let at = |x: usize, y: usize| self.corners[y * (self.width + 1) + x];
+        let [a, b, c, d] = [
+            at(left, top),
+            at(right, top),
+            at(left, bottom),
+            at(right, bottom),
+        ];
+        let [solid_angle, flux, square] = [0, 1, 2].map(|k| (d[k] - b[k] - c[k] + a[k]).max(0.0));
+        let up = (bottom - top) as f64 * PI / self.height as f64;
+        let across = (right - left) as f64 * TAU / self.width as f64;
+        let level = solid_angle / up;
+        let variance = (level * level + up * up) / 12.0;
+        // At least the sum of |radiance - mean| (Cauchy & Schwarz).
+        let uneven = (square * solid_angle - flux * flux).max(0.0).sqrt();
+        let too_wide = (across.max(up) / WIDEST).max(1.0).powi(4);
+        Part {
+            left,
+            top,
+            right,
+            bottom,
+            flux,
+            variance,
+            error: (uneven + EVEN_SHARE * flux * too_wide) * variance.sqrt(),
+        }
+    }
+
+    /// The two parts of the least error.
+    fn cut(&self, part: &Part) -> [Part; 2] {
+        let &Part {
+            left,
+            top,
+            right,
+            bottom,
+            ..
+        } = part;
+        let upright = (left + 1..right).map(|x| [[left, top, x, bottom], [x, top, right, bottom]]);
+        let level = (top + 1..bottom).map(|y| [[left, top, right, y], [left, y, right, bottom]]);
+        upright
+            .chain(level)
+            .map(|halves| halves.map(|half| self.part(half)))
+            .min_by(|a, b| {
+                let error = |[a, b]: &[Part; 2]| a.error + b.error;
+                error(a).total_cmp(&error(b))
+            })
+            .expect("more than one pixel")
+    }
+}
+
+/// Divisions of `map` into `counts` parts, rising, or as many as there are pixels.
+pub fn divide(map: &EnvironmentMap, counts: &[usize]) -> Division {
+    let (width, height, radiance) = (mip_chain(map, 1.0).into_iter())
+        .find(|(_, height, _)| *height <= ROWS)
+        .expect("the last level has one row");
+    let sums = Sums::new(&EnvironmentMap {
+        width,
+        height,
+        radiance,
+    });
+    let (mut heap, mut whole) = (BinaryHeap::new(), Vec::new());
+    heap.push(sums.part([0, 0, sums.width, sums.height]));
+    let parts = (counts.iter())
+        .map(|&count| {
+            while heap.len() + whole.len() < count {
+                match heap.pop() {
+                    Some(worst) if worst.can_be_cut() => heap.extend(sums.cut(&worst)),
+                    Some(worst) => whole.push(worst),
+                    None => break,
+                }
+            }
+            let mut parts: Vec<Part> = heap.iter().chain(&whole).copied().collect();
+            parts.retain(|part| part.flux > 0.0);
+            parts.sort_by_key(|part| (part.top, part.left));
+            parts
         })
-        .collect()
+        .collect();
+    Division {
+        width: sums.width,
+        height: sums.height,
+        parts,
+    }
+}
+
+impl Division {
+    /// The rectangle with the mean and variance of the light in a part, which for an even part is the part.
+    pub fn cell(&self, map: &EnvironmentMap, part: &Part) -> SkyCell {
+        // Pixels of the image itself whose middles are within.
+        let first = |edge: usize, coarse: usize, fine: u32| {
+            ((edge * fine as usize) as f64 / coarse as f64 - 0.5).ceil() as u32
+        };
+        let columns = |edge| first(edge, self.width, map.width);
+        let rows = |edge| first(edge, self.height, map.height);
+        let mut irradiance = DVec3::ZERO;
+        let (mut flux, mut mean, mut square) = (0.0, DVec2::ZERO, DVec2::ZERO);
+        for y in rows(part.top)..rows(part.bottom) {
+            let solid_angle = solid_angle(map, y);
+            let edge = |row: u32| (f64::from(row) * PI / f64::from(map.height)).cos();
+            let (low, high) = (edge(y + 1), edge(y));
+            let size = DVec2::new(TAU / f64::from(map.width), high - low);
+            for x in columns(part.left)..columns(part.right) {
+                let rgb = map.radiance[(y * map.width + x) as usize];
+                let place = DVec2::new((f64::from(x) + 0.5) * size.x, 0.5 * (low + high));
+                let weight = sum(rgb) * solid_angle;
+                irradiance += DVec3::from_array(rgb.map(f64::from)) * solid_angle;
+                flux += weight;
+                mean += weight * place;
+                square += weight * (place * place + size * size / 12.0);
+            }
+        }
+        mean /= flux;
+        let half = (3.0 * (square / flux - mean * mean)).max(DVec2::ZERO);
+        SkyCell {
+            azimuth: mean.x,
+            half_azimuth: half.x.sqrt(),
+            sine: mean.y,
+            half_sine: half.y.sqrt(),
+            irradiance,
+        }
+    }
+}
+
+fn sum(rgb: [f32; 3]) -> f64 {
+    rgb.iter().map(|&c| f64::from(c)).sum()
 }
 
 /// Of a pixel, sr.
 fn solid_angle(map: &EnvironmentMap, row: u32) -> f64 {
     let edge = |row: u32| (f64::from(row) * PI / f64::from(map.height)).cos();
     (edge(row) - edge(row + 1)) * TAU / f64::from(map.width)
-}
-
-fn sky_cell(places: &[Point<3>], texels: &[Texel], cells: &Cells, range: &Range<usize>) -> SkyCell {
-    let members = || cells.points(range);
-    let moments = Moments::of(members().map(|i| &places[i]));
-    let mean = DVec3::from_array(moments.mean);
-    // All directions alike have no middle; any will do.
-    let direction = mean.try_normalize().unwrap_or(DVec3::Y);
-    let (a, b) = direction.any_orthonormal_pair();
-    let mut covariance = DMat2::ZERO;
-    let (mut irradiance, mut variance) = (DVec3::ZERO, 0.0);
-    for i in members() {
-        let off = DVec3::from_array(places[i].place) - mean;
-        let off = DVec2::new(off.dot(a), off.dot(b));
-        covariance += DMat2::from_cols(off * off.x, off * off.y) * places[i].weight;
-        irradiance += texels[i].irradiance;
-        variance += texels[i].variance * places[i].weight;
-    }
-    let covariance =
-        (covariance + DMat2::from_diagonal(DVec2::splat(variance))) * (SPREAD / moments.weight);
-    let axes = root(covariance).map(|v| v.x * a + v.y * b);
-    SkyCell {
-        direction,
-        axes,
-        irradiance,
-    }
 }
 
 /// Two vectors along the principal axes whose outer products add up to the symmetric matrix `m`.
@@ -206,7 +309,8 @@ pub fn disc_axes(direction: DVec3, angular_radius: f64) -> [Vec3; 2] {
 mod tests {
     use super::*;
 
-    fn map(width: u32, height: u32, radiance: impl Fn(u32, u32) -> f32) -> EnvironmentMap {
+    fn map(height: u32, radiance: impl Fn(u32, u32) -> f32) -> EnvironmentMap {
+        let width = 2 * height;
         EnvironmentMap {
             width,
             height,
@@ -216,61 +320,84 @@ mod tests {
         }
     }
 
-    /// Whatever the division, the cells have all the light, and its mean direction.
+    /// Whatever the division, also one at fewer rows than the image has, the cells have all the light.
     #[test]
     fn cells_keep_the_light() {
-        let map = map(512, 256, |x, y| {
-            if x < 9 && y < 80 {
-                500.0
-            } else {
-                1.0 + x as f32
+        for height in [256, 2048] {
+            let map = map(height, |x, y| {
+                if x < 9 && y < 80 {
+                    500.0
+                } else {
+                    1.0 + x as f32
+                }
+            });
+            let mut expected = DVec3::ZERO;
+            for (i, rgb) in map.radiance.iter().enumerate() {
+                let solid_angle = solid_angle(&map, i as u32 / map.width);
+                expected += DVec3::from_array(rgb.map(f64::from)) * solid_angle;
             }
-        });
-        let mut expected = DVec3::ZERO;
-        for (i, rgb) in map.radiance.iter().enumerate() {
-            let row = (i / 512) as f64;
-            let edge = |row: f64| (row / 256.0 * PI).cos();
-            let solid_angle = (edge(row) - edge(row + 1.0)) * TAU / 512.0;
-            expected += DVec3::from_array(rgb.map(f64::from)) * solid_angle;
-        }
-        assert!((expected.z / (4.0 * PI) - 1.0).abs() < 1e-12);
-        for cells in sky_cells(&map, &[2, 16, 300]) {
-            let sum: DVec3 = cells.iter().map(|cell| cell.irradiance).sum();
-            assert!((sum / expected - 1.0).abs().max_element() < 1e-6, "{sum}");
+            assert!((expected.z / (4.0 * PI) - 1.0).abs() < 1e-9);
+            let division = divide(&map, &[2, 16, 300]);
+            for parts in &division.parts {
+                let cells = parts.iter().map(|part| division.cell(&map, part));
+                let sum: DVec3 = cells.map(|cell| cell.irradiance).sum();
+                assert!((sum / expected - 1.0).abs().max_element() < 1e-6, "{sum}");
+            }
         }
     }
 
-    /// A disc of the sky is one cell of its covariance.
+    /// A window in an even wall is a cell of its own, and each cell covers its part to the edge.
+    #[test]
+    fn a_window_is_cut_out() {
+        let (columns, rows) = (100..140, 30..64);
+        let map = map(128, |x, y| {
+            match columns.contains(&x) && rows.contains(&y) {
+                true => 50.0,
+                false => 1.0,
+            }
+        });
+        let division = divide(&map, &[24]);
+        let mut covered = 0.0;
+        for part in &division.parts[0] {
+            let inside =
+                |x: usize, y: usize| columns.contains(&(x as u32)) && rows.contains(&(y as u32));
+            let is_window = inside(part.left, part.top);
+            assert_eq!(inside(part.right - 1, part.bottom - 1), is_window);
+            let cell = division.cell(&map, part);
+            let expected = (part.right - part.left) as f64 * PI / 256.0;
+            assert!((cell.half_azimuth / expected - 1.0).abs() < 1e-6);
+            covered += 4.0 * cell.half_azimuth * cell.half_sine;
+        }
+        assert!((covered / (4.0 * PI) - 1.0).abs() < 1e-3, "{covered}");
+    }
+
+    /// A disc of the sky is a light of its covariance.
     #[test]
     fn a_disc_has_its_covariance() {
         let radius = 0.2;
         let toward = DVec3::new(0.6, 0.64, -0.48);
-        let (width, height) = (1024, 512);
-        let map = EnvironmentMap {
-            width,
-            height,
-            radiance: (0..width * height)
-                .map(|i| {
-                    let azimuth = (f64::from(i % width) + 0.5) * TAU / f64::from(width);
-                    let (sine, cosine) =
-                        ((f64::from(i / width) + 0.5) * PI / f64::from(height)).sin_cos();
-                    let s = DVec3::new(sine * azimuth.sin(), cosine, -sine * azimuth.cos());
-                    [f32::from(s.dot(toward) > f64::cos(radius)); 3]
-                })
-                .collect(),
+        let map = map(512, |x, y| {
+            let azimuth = (f64::from(x) + 0.5) * TAU / 1024.0;
+            let (sine, cosine) = ((f64::from(y) + 0.5) * PI / 512.0).sin_cos();
+            let s = DVec3::new(sine * azimuth.sin(), cosine, -sine * azimuth.cos());
+            f32::from(s.dot(toward) > f64::cos(radius))
+        });
+        let disc = EnvironmentMap {
+            radiance: map.radiance.iter().map(|&[r, ..]| [r; 3]).collect(),
+            ..map
         };
-        let cell = &sky_cells(&map, &[1])[0][0];
-        assert!(cell.direction.distance(toward) < 1e-3);
-        // In directions, not angles, it is a little smaller than radius²/4.
-        let expected = SPREAD * 0.25 * radius * radius;
-        for axis in cell.axes {
-            assert!((axis.length_squared() / expected - 1.0).abs() < 0.03);
+        let division = divide(&disc, &[1]);
+        let cell = division.cell(&disc, &division.parts[0][0]);
+        let light = cell.sun(2.0, 0.3);
+        let expected = 0.25 * radius * radius;
+        for axis in [light.axis1, light.axis2] {
+            let variance = f64::from(axis.length_squared());
+            assert!((variance / expected - 1.0).abs() < 0.03, "{variance}");
         }
-        let light = cell.light(2.0, 0.3);
         let (sine, cosine) = f32::sin_cos(0.3);
         let [x, y, z] = toward.as_vec3().to_array();
         // Turning adds to the azimuth atan2(x, -z).
         let turned = Vec3::new(x * cosine - z * sine, y, x * sine + z * cosine);
-        assert!(light.place.distance(turned) < 1e-3);
+        assert!(light.place.distance(turned) < 0.01);
     }
 }

@@ -114,6 +114,7 @@ impl DeviceScene {
             environment,
         } = lights(scene, soup.origin)?;
         let sun_count = suns.len() as u32;
+        let trace = can_block(scene, &meshes, MOST_PAIRS);
         let pairs = (environment.as_ref())
             .filter(|_| settings.method == super::Method::Footprint)
             .filter(|_| {
@@ -123,7 +124,7 @@ impl DeviceScene {
                     .any(|object| object.light_map.is_some())
             })
             .filter(|_| scene.specular_objects().next().is_some())
-            .map(|sky| Pairs::new(context, scene, &soup, sky, settings.samples))
+            .map(|sky| Pairs::new(context, scene, &soup, sky, trace, settings.samples))
             .transpose()?;
         if let (Some(pairs), Some(sky)) = (&pairs, &environment) {
             suns.extend(pairs.suns_of(sky));
@@ -145,7 +146,6 @@ impl DeviceScene {
                 MaterialKind::Dielectric { .. }
             )
         });
-        let trace = can_block(scene, &meshes, MOST_PAIRS);
         let levels = match &environment {
             Some(sky) => mip_chain(sky.map, sky.scale),
             None => vec![(1, 1, vec![[0.0; 3]])],
@@ -271,6 +271,15 @@ impl DeviceScene {
     /// Suns, lamps, and what is like a sun in the environment.
     pub fn light_count(&self) -> u32 {
         self.triangles_of.len() as u32
+    }
+
+    /// The list of pairs of cell and merged patch, as long as one light would have patches.
+    pub fn sky_pairs(&self) -> Option<Class> {
+        self.pairs.as_ref().map(|pairs| Class {
+            first_light: 0,
+            light_count: 1,
+            patch_count: pairs.pair_count,
+        })
     }
 
     /// Pairs of patch and light there may be: of suns and lamps, or of the environment's cells.

@@ -522,11 +522,11 @@ pub static CASES: &[Case] = &[
         scene: || load("ball.toml"),
         receiver: "floor",
         texels: [64, 64],
-        solver: Solver::Renderer(|| footprint(65_536)),
+        solver: Solver::Renderer(|| footprint(16_384)),
         asked: &[Asked {
             figure: &BALL_L1,
-            bound: 0.04,
-            twins: &[|scene| brighter(scene, 1.05)],
+            bound: 0.01,
+            twins: &[|scene| brighter(scene, 1.03), higher_ball],
         }],
     },
     Case {

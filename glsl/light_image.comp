@@ -1,0 +1,215 @@
+// light_image: the image of a part of the sky in a merged patch on every receiver that the patch does not
+// touch. The patch is a pinhole camera (Wand & Strasser 2003, section 3.1); the edges of the image are
+// as soft as the patch is wide and bends the light.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "layout.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
+layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
+layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
+// receiver_count slots a pair, the used ones first.
+layout(std430, binding = 6) writeonly buffer Images { LightImage images[]; };
+layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
+layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // images, lit pairs
+layout(std430, binding = 9) buffer Coarse { uint coarse[]; }; // by receiver: bit l for images in level l
+layout(std430, binding = 10) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light
+layout(push_constant) uniform LightImagePush {
+    uint first_pair;     // of this batch
+    uint pair_count;     // in this batch
+    uint receiver_count;
+    float spread;        // variance of the soft edges over that of the patch
+    uint trace;          // 0: nothing can block
+} push;
+
+#include "trace.glsl"
+#include "sun.glsl"
+#include "optics.glsl"
+#include "receiver.glsl"
+#include "kernel.glsl"
+#include "flux.glsl"
+#include "slots.glsl"
+
+// Least cosine at the patch and the receiver for which light is followed.
+const float GRAZING = 0.01;
+// Edges are blurred by the kernel (1 - x^2)^2: its half width over its standard deviation.
+const float SOFT = sqrt(7.0);
+// Sine of elevation beyond which a part of the sky ends at a pole.
+const float POLE = 0.9999;
+// Deviations of the narrower axis of the blur that a texel of a coarse level may have.
+const float COARSE_TEXEL = 2.0;
+
+// What a part of the sky is, in the axes of its middle.
+struct Sky {
+    vec3 ahead;
+    vec3 east;
+    float half_azimuth;  // tangent
+    float half_sine;
+    float sine;
+};
+
+Sky sky_of(Light light) {
+    vec3 ahead = normalize(vec3(light.place.x, 0.0, light.place.z));
+    return Sky(ahead, vec3(-ahead.z, 0.0, ahead.x), tan(min(light.half_azimuth, 1.5)), light.half_sine, light.place.y);
+}
+
+// The direction at u and v, -1 to 1 within the part.
+vec3 toward(Sky sky, vec2 uv) {
+    float across = uv.x * sky.half_azimuth;
+    float sine = clamp(sky.sine + uv.y * sky.half_sine, -1.0, 1.0);
+    float level = sqrt(1.0 - sine * sine) * inversesqrt(1.0 + across * across);
+    return level * (sky.ahead + across * sky.east) + vec3(0.0, sine, 0.0);
+}
+
+// The image on receiver number `index`, if there is any. `lit`: -1 as long as it is not known whether light
+// arrives at the patch.
+bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightImage image) {
+    Receiver receiver = receivers[index];
+    if (touches(patch_, receiver)) return false;
+    vec3 m = receiver.normal;
+    float height = dot(patch_.position - receiver.origin, m);
+    if (height <= 0.0) return false;
+    vec3 normal = normalize(patch_.normal);
+    vec3 geometric = cross(patch_.edge1, patch_.edge2);
+    // The way down, as the patch mirrors it to the sky.
+    vec3 down = -mirrored(m, normal);
+
+    // The middle of what the patch mirrors down.
+    Sky sky = sky_of(light);
+    vec3 middle = vec3(0.0);
+    for (int i = 0; i < 9; i++) {
+        vec3 s = toward(sky, 2.0 / 3.0 * vec2(i % 3 - 1, i / 3 - 1));
+        if (dot(s, normal) > GRAZING && dot(s, down) > GRAZING) middle += s;
+    }
+    if (middle == vec3(0.0)) return false;
+    middle = normalize(middle);
+    vec3 r = mirrored(middle, normal);
+    if (lit < 0) lit = int(push.trace == 0 || !occluded(patch_.position, middle, FAR, patch_.triangle));
+    if (lit == 0) return false;
+    float way = height / -dot(r, m);
+
+    // The image of the patch's axes in the middle, in texels.
+    mat2 of_patch;
+    for (int i = 0; i < 2; i++) {
+        vec2 st = AXES[i];
+        vec3 bend = normalize_change(patch_.normal, st.x * patch_.bend1 + st.y * patch_.bend2);
+        vec3 change = st.x * patch_.edge1 + st.y * patch_.edge2
+            + way * mirrored_change(middle, normal, vec3(0.0), bend);
+        of_patch[i] = texel_direction(receiver, change - r * (dot(change, m) / dot(r, m)));
+    }
+    of_patch *= sqrt(push.spread);
+    vec3 covariance = outer2(of_patch[0]) + outer2(of_patch[1]);
+
+    // As for footprints, but what is blurred is an edge.
+    float determinant = cross2(of_patch[0], of_patch[1]);
+    float mean = 0.5 * (covariance.x + covariance.z);
+    float minor = determinant * determinant / (mean + sqrt(max(mean * mean - determinant * determinant, 0.0)));
+    float variance = min(COARSE_TEXEL * COARSE_TEXEL * minor, 1e6);
+    int level = clamp(findMSB(uint(max(variance, 1.0))) / 2, 0, coarsest_level(receiver));
+    Level tile = level_of(receiver, level);
+    float scale = 1.0 / float(1 << level);
+    covariance = covariance * (scale * scale) + (1.0 / 12.0 - 0.25 * (1.0 - scale * scale)) * vec3(1.0, 0.0, 1.0);
+    vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
+    vec2 foot = vec2(tile.origin) + (to_texels(receiver, patch_.position) - origin) * scale;
+
+    // The axes of the sky seen in the mirror. In them, the way to a texel is linear in the texel.
+    vec3 u = receiver.edge_u / (float(receiver.width) * scale * height);
+    vec3 v = -receiver.edge_v / (float(receiver.height) * scale * height);
+    vec3 ahead = mirrored(sky.ahead, normal);
+    vec3 east = mirrored(sky.east, normal) / sky.half_azimuth;
+    vec3 up = mirrored(vec3(0.0, 1.0, 0.0), normal) / sky.half_sine;
+
+    // How the coordinates change by the texel, in the middle, and so how soft the edges are. Where
+    // the blur of the two is correlated, the second is what is left beside the first.
+    vec3 to = r * (way / height);
+    float forward = dot(ahead, to);
+    vec2 along = vec2(dot(to, u), dot(to, v));
+    float long_ = way / height;
+    vec2 du = (vec2(dot(east, u), dot(east, v)) - dot(east, to) / forward * vec2(dot(ahead, u), dot(ahead, v))) / forward;
+    vec2 dv = (vec2(dot(up, u), dot(up, v)) - dot(up, to) * along / (long_ * long_)) / long_;
+    vec3 blur = vec3(
+        quadratic2(covariance, du),
+        covariance.x * du.x * dv.x + covariance.y * (du.x * dv.y + du.y * dv.x) + covariance.z * du.y * dv.y,
+        quadratic2(covariance, dv));
+    // A box that is not blurred has the variance 1/3. Corners are round only where the blur is wider.
+    float share = blur.x / (blur.x + 1.0 / 3.0);
+    float shear = blur.y / (blur.x + 1.0 / 3.0) * share;
+    vec2 soft = SOFT * sqrt(max(vec2(blur.x, blur.z - shear * blur.y), 1e-8));
+
+    // There is nothing beyond the poles to be mixed with.
+    float low_sine = sky.sine - sky.half_sine;
+    float high_sine = sky.sine + sky.half_sine;
+    float beyond = soft.y * sky.half_sine;
+    if (low_sine < -POLE) low_sine = -1.0 - beyond;
+    if (high_sine > POLE) high_sine = 1.0 + beyond;
+    float narrower = 2.0 * sky.half_sine / (high_sine - low_sine);
+    up *= narrower;
+    shear *= narrower;
+    soft.y *= narrower;
+    sky.sine = 0.5 * (low_sine + high_sine);
+    sky.half_sine = 0.5 * (high_sine - low_sine);
+
+    // What it covers: where directions around it go, those beyond the horizons taken back to them.
+    vec2 edge = 1.0 + soft;
+    edge.y += abs(shear) * edge.x;
+    vec2 low = vec2(FAR);
+    vec2 high = vec2(-FAR);
+    vec2 inside = vec2(dot(middle, normal), dot(middle, down) - 0.1 * GRAZING);
+    for (int i = 0; i < 10; i++) {
+        vec3 s = toward(sky, edge * vec2(0.5 * float(i % 5) - 1.0, i < 5 ? -1.0 : 1.0));
+        vec2 outside = vec2(dot(s, normal), dot(s, down) - 0.1 * GRAZING);
+        vec2 back = mix(vec2(1.0), inside / (inside - outside), lessThan(outside, vec2(0.0)));
+        s = mirrored(mix(middle, s, min(back.x, back.y)), normal);
+        vec2 place = texel_direction(receiver, s * (height / max(-dot(s, m), 1e-6))) * scale;
+        low = min(low, place);
+        high = max(high, place);
+    }
+    vec2 around = vec2(level > 0 ? 1.0 : 0.0);
+    vec2 tile_low = vec2(tile.origin) - around;
+    vec2 tile_high = vec2(tile.origin + tile.size) + around;
+    low = clamp(foot + low, tile_low, tile_high);
+    high = clamp(foot + high, tile_low, tile_high);
+    if (!all(lessThan(low, high)) || dot(geometric, r) <= 0.0) return false;
+
+    vec2 target = to_texels(receiver, patch_.position + way * r);
+    target = clamp(target, origin, origin + vec2(receiver.width, receiver.height));
+    vec3 off = from_texels(receiver, target) - patch_.position;
+    if (push.trace != 0 && occluded(patch_.position, off, ALMOST, patch_.triangle)) return false;
+    if (level > 0) atomicOr(coarse[index], 1u << level);
+
+    vec3 radiance = light.power / (4.0 * light.half_azimuth * light.half_sine);
+    Object object = objects[patch_.object];
+    // Not reflected_share(): glslc 2023.2 crashes where it folds a ratio of 0.
+    vec3 reflected = object.kind == CONDUCTOR
+        ? fresnel_conductor(dot(middle, normal), object.index, object.extinction) : object.color;
+    image = LightImage(
+        foot, low, high, vec2(dot(u, u), dot(v, v)),
+        vec3(dot(ahead, u), dot(ahead, v), -dot(ahead, m)), 1.0 / soft.x,
+        vec3(dot(east, u), dot(east, v), -dot(east, m)), 1.0 / soft.y,
+        vec3(dot(up, u), dot(up, v), -dot(up, m)), shear,
+        vec3(dot(normal, u), dot(normal, v), -dot(normal, m)), sky.sine / sky.half_sine,
+        radiance * reflected * (patch_.area / (height * height)), 0.0);
+    return true;
+}
+
+void main() {
+    uint local = gl_GlobalInvocationID.x;
+    uint count = 0;
+    if (local < push.pair_count) {
+        uvec2 members = pairs[push.first_pair + local];
+        Patch patch_ = patches[members.x];
+        Light light = suns[members.y];
+        int lit = -1;
+        if (objects[patch_.object].kind != DIELECTRIC) {
+            for (uint index = 0; index < push.receiver_count; index++) {
+                LightImage image;
+                if (image_on(patch_, light, index, lit, image)) images[local * push.receiver_count + count++] = image;
+            }
+        }
+    }
+    count_slots(push.pair_count, count);
+}

@@ -1,0 +1,33 @@
+// light_image: irradiance at the texel's centre from the patch, which mirrors an even part of the sky.
+#version 460
+
+layout(location = 0) in flat vec4 foot_and_size;
+layout(location = 1) in flat vec4 ahead_and_sharp;
+layout(location = 2) in flat vec4 east_and_sharp;
+layout(location = 3) in flat vec4 up_and_shear;
+layout(location = 4) in flat vec4 cosine_and_sine;
+layout(location = 5) in flat vec3 radiance;
+layout(location = 0) out vec4 irradiance;
+
+// Integral of 15/16 (1 - x^2)^2 from -1 on.
+float step_at(float x) {
+    float q = clamp(0.5 + 0.5 * x, 0.0, 1.0);
+    return q * q * q * (10.0 + q * (6.0 * q - 15.0));
+}
+
+// Share of the blurred -1 to 1.
+float box_at(float u, float sharp) {
+    return step_at((u + 1.0) * sharp) - step_at((u - 1.0) * sharp);
+}
+
+void main() {
+    vec2 d = gl_FragCoord.xy - foot_and_size.xy;
+    vec3 q = vec3(d, 1.0);
+    float s2 = 1.0 + dot(foot_and_size.zw, d * d);
+    float forward = dot(ahead_and_sharp.xyz, q);
+    float u = dot(east_and_sharp.xyz, q) / max(forward, 1e-9);
+    float v = dot(up_and_shear.xyz, q) * inversesqrt(s2) - cosine_and_sine.w - up_and_shear.w * u;
+    float seen = forward > 0.0 ? box_at(u, ahead_and_sharp.w) * box_at(v, east_and_sharp.w) : 0.0;
+    float cosines = max(dot(cosine_and_sine.xyz, q), 0.0);
+    irradiance = vec4(radiance * (seen * cosines / (s2 * s2)), 0.0);
+}
