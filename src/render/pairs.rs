@@ -114,9 +114,7 @@ impl Pairs {
             .min_by(|(_, _, a), (_, _, b)| a.width.total_cmp(&b.width))
             .expect("there are counts");
         let cells_of = |parts: &[Part]| -> Vec<SkyCell> {
-            (parts.iter())
-                .map(|part| division.cell(sky.map, part))
-                .collect()
+            (parts.iter()).map(|part| division.cell(part)).collect()
         };
         let (suns, cells) = (cells_of(&suns), cells_of(&parts));
         // The same divisions, as far as they are used, in many ways.

@@ -8,12 +8,15 @@ use super::layout;
 use super::upload::mip_chain;
 use crate::scene::EnvironmentMap;
 use glam::{DMat2, DVec2, DVec3, Vec3};
+use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};
 
 /// Rows of the image at which the sky is cut, at most.
 const ROWS: u32 = 1024;
+/// And at least: pixels of a smaller image are cut, too.
+const FEWEST_ROWS: u32 = 64;
 /// How much of the light of an even part counts as out of place, beside what differs from its mean: what is
 /// seen of a cell is seen of all of it, and light bends alike from all of it. 0.25 to 2.5 gave the same.
 const EVEN_SHARE: f64 = 0.7;
@@ -117,7 +120,8 @@ impl Ord for Part {
 }
 
 /// Divisions of an environment.
-pub struct Division {
+pub struct Division<'a> {
+    map: Cow<'a, EnvironmentMap>,
     width: usize,
     height: usize,
     /// By count.
@@ -205,8 +209,9 @@ impl Sums {
 }
 
 /// Divisions of `map` into `counts` parts, rising, or as many as there are pixels.
-pub fn divide(map: &EnvironmentMap, counts: &[usize]) -> Division {
-    let (width, height, radiance) = (mip_chain(map, 1.0).into_iter())
+pub fn divide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Division<'a> {
+    let map = enlarged(map);
+    let (width, height, radiance) = (mip_chain(&map, 1.0).into_iter())
         .find(|(_, height, _)| *height <= ROWS)
         .expect("the last level has one row");
     let sums = Sums::new(&EnvironmentMap {
@@ -232,15 +237,17 @@ pub fn divide(map: &EnvironmentMap, counts: &[usize]) -> Division {
         })
         .collect();
     Division {
+        map,
         width: sums.width,
         height: sums.height,
         parts,
     }
 }
 
-impl Division {
+impl Division<'_> {
     /// The rectangle with the mean and variance of the light in a part, which for an even part is the part.
-    pub fn cell(&self, map: &EnvironmentMap, part: &Part) -> SkyCell {
+    pub fn cell(&self, part: &Part) -> SkyCell {
+        let map = &*self.map;
         // Pixels of the image itself whose middles are within.
         let first = |edge: usize, coarse: usize, fine: u32| {
             ((edge * fine as usize) as f64 / coarse as f64 - 0.5).ceil() as u32
@@ -274,6 +281,25 @@ impl Division {
             irradiance,
         }
     }
+}
+
+/// The map itself, or with every pixel many times.
+fn enlarged(map: &EnvironmentMap) -> Cow<'_, EnvironmentMap> {
+    let times = |side: u32, least: u32| least.div_ceil(side);
+    let (across, up) = (
+        times(map.width, 2 * FEWEST_ROWS),
+        times(map.height, FEWEST_ROWS),
+    );
+    if across == 1 && up == 1 {
+        return Cow::Borrowed(map);
+    }
+    let (width, height) = (map.width * across, map.height * up);
+    let pixel = |i: u32| map.radiance[(i / width / up * map.width + i % width / across) as usize];
+    Cow::Owned(EnvironmentMap {
+        width,
+        height,
+        radiance: (0..width * height).map(pixel).collect(),
+    })
 }
 
 fn sum(rgb: [f32; 3]) -> f64 {
@@ -320,10 +346,10 @@ mod tests {
         }
     }
 
-    /// Whatever the division, also one at fewer rows than the image has, the cells have all the light.
+    /// Whatever the division, also one at fewer or more rows than the image has, the cells have all the light.
     #[test]
     fn cells_keep_the_light() {
-        for height in [256, 2048] {
+        for height in [1, 256, 2048] {
             let map = map(height, |x, y| {
                 if x < 9 && y < 80 {
                     500.0
@@ -339,7 +365,7 @@ mod tests {
             assert!((expected.z / (4.0 * PI) - 1.0).abs() < 1e-9);
             let division = divide(&map, &[2, 16, 300]);
             for parts in &division.parts {
-                let cells = parts.iter().map(|part| division.cell(&map, part));
+                let cells = parts.iter().map(|part| division.cell(part));
                 let sum: DVec3 = cells.map(|cell| cell.irradiance).sum();
                 assert!((sum / expected - 1.0).abs().max_element() < 1e-6, "{sum}");
             }
@@ -363,7 +389,7 @@ mod tests {
                 |x: usize, y: usize| columns.contains(&(x as u32)) && rows.contains(&(y as u32));
             let is_window = inside(part.left, part.top);
             assert_eq!(inside(part.right - 1, part.bottom - 1), is_window);
-            let cell = division.cell(&map, part);
+            let cell = division.cell(part);
             let expected = (part.right - part.left) as f64 * PI / 256.0;
             assert!((cell.half_azimuth / expected - 1.0).abs() < 1e-6);
             covered += 4.0 * cell.half_azimuth * cell.half_sine;
@@ -387,7 +413,7 @@ mod tests {
             ..map
         };
         let division = divide(&disc, &[1]);
-        let cell = division.cell(&disc, &division.parts[0][0]);
+        let cell = division.cell(&division.parts[0][0]);
         let light = cell.sun(2.0, 0.3);
         let expected = 0.25 * radius * radius;
         for axis in [light.axis1, light.axis2] {
