@@ -1,27 +1,22 @@
 //! curved: the images of the lights in the patches on the curved receivers, listed in a fixed order
 //! and added to the light maps; and dilate: light maps continued around their charts.
 
-use super::kernel::{FLAT_SPREAD, MERGED_SPREAD, SPREAD, profiles};
+use super::kernel::FLAT_SPREAD;
 use super::layout::{CurvedPush, DilatePush, Spot};
 use super::listed::{Batch, Listed};
+use super::project::Kernels;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Access, Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
-use glam::UVec2;
 use std::sync::Arc;
 
 /// Spots of a patch on a receiver one way; as in curved.comp.
 const SLOTS: u32 = 32;
 
 pub struct Splats {
-    /// Of suns and lamps, by the patches that sample made.
-    of_suns: Pipeline,
-    /// Of the environment's cells, by merged patches.
-    of_sky: Option<Pipeline>,
+    kernels: Kernels,
     draw: Pipeline,
     pub listed: Listed,
-    /// In the place of the environment's.
-    _no_pairs: Buffer,
 }
 
 impl Splats {
@@ -30,27 +25,15 @@ impl Splats {
         // Only flat receivers have coarser levels.
         let room = scene.pair_room();
         let listed = Listed::new(context, scene, room, size_of::<Spot>(), slots, 0)?;
-        let profiles = Buffer::with_data(context, "profiles", &profiles())?;
-        let pipeline = |patches: &Buffer, lights: &Buffer, pairs: &Buffer| {
-            scene.compute(
-                context,
-                &shaders::CURVED_COMP,
-                &[
-                    ("patches", Resource::Buffer(patches)),
-                    ("suns", Resource::Buffer(lights)),
-                    ("pairs", Resource::Buffer(pairs)),
-                    ("profiles", Resource::Buffer(&profiles)),
-                    ("spots", Resource::Buffer(&listed.thrown)),
-                    ("counts", Resource::Buffer(&listed.counts)),
-                    ("group_counts", Resource::Buffer(&listed.group_counts)),
-                ],
-            )
-        };
-        let no_pairs = Buffer::new(context, "no pairs", size_of::<UVec2>() as u64)?;
-        let of_suns = pipeline(patches, &scene.suns, &no_pairs)?;
-        let of_sky = (scene.pairs.as_ref())
-            .map(|pairs| pipeline(&pairs.patches, &pairs.lights, &pairs.pairs))
-            .transpose()?;
+        let own = [("spots", Resource::Buffer(&listed.thrown))];
+        let kernels = Kernels::new(
+            context,
+            scene,
+            &shaders::CURVED_COMP,
+            patches,
+            &listed,
+            &own,
+        )?;
         let draw = Pipeline::graphics(
             context,
             &shaders::CURVED_VERT,
@@ -62,11 +45,9 @@ impl Splats {
             ],
         )?;
         Ok(Self {
-            of_suns,
-            of_sky,
+            kernels,
             draw,
             listed,
-            _no_pairs: no_pairs,
         })
     }
 
@@ -81,20 +62,17 @@ impl Splats {
         scene: &DeviceScene,
         (batch, is_sky): (Batch, bool),
     ) {
+        let (pipeline, spread) = self.kernels.of(is_sky);
         let push = CurvedPush {
             first_pair: batch.first_pair,
             pair_count: batch.pair_count,
             patch_count: batch.class.patch_count,
             curved_count: scene.curved_count(),
             lobes: scene.lobes,
-            spread: if is_sky { MERGED_SPREAD } else { SPREAD },
+            spread,
             flat_spread: FLAT_SPREAD,
             trace: u32::from(scene.trace),
             merged: u32::from(is_sky),
-        };
-        let pipeline = match &self.of_sky {
-            Some(of_sky) if is_sky => of_sky,
-            _ => &self.of_suns,
         };
         recorder.dispatch(pipeline, &push, [batch.pair_count, 1, 1]);
     }
