@@ -134,14 +134,17 @@ float variance_along(Tube tube, vec2 u, float s) {
     return dot(of_patch, of_patch) + dot(of_light, of_light);
 }
 
+// Sum of the products of the entries.
+float inner(mat2 a, mat2 b) {
+    return dot(a[0], b[0]) + dot(a[1], b[1]);
+}
+
 // Of the section's width at the distance s, over the width, 1/m.
 float growth_at(Tube tube, float s) {
     mat2 of_patch = tube.of_patch + s * tube.patch_growth;
     mat2 of_light = s * tube.light_growth;
-    float variance = dot(of_patch[0], of_patch[0]) + dot(of_patch[1], of_patch[1])
-        + dot(of_light[0], of_light[0]) + dot(of_light[1], of_light[1]);
-    float change = dot(of_patch[0], tube.patch_growth[0]) + dot(of_patch[1], tube.patch_growth[1])
-        + dot(of_light[0], tube.light_growth[0]) + dot(of_light[1], tube.light_growth[1]);
+    float variance = inner(of_patch, of_patch) + inner(of_light, of_light);
+    float change = inner(of_patch, tube.patch_growth) + inner(of_light, tube.light_growth);
     return variance > 0.0 ? change / variance : 0.0;
 }
 

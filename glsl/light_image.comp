@@ -106,10 +106,8 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
 
     // As for footprints, but what is blurred is an edge.
     float determinant = cross2(of_patch[0], of_patch[1]);
-    float mean = 0.5 * (covariance.x + covariance.z);
-    float minor = determinant * determinant / (mean + sqrt(max(mean * mean - determinant * determinant, 0.0)));
-    float variance = min(COARSE_TEXEL * COARSE_TEXEL * minor, 1e6);
-    int level = clamp(findMSB(uint(max(variance, 1.0))) / 2, 0, coarsest_level(receiver));
+    float minor = minor_eigenvalue(covariance, determinant * determinant);
+    int level = level_for(receiver, min(COARSE_TEXEL * COARSE_TEXEL * minor, 1e6));
     Level tile = level_of(receiver, level);
     float scale = 1.0 / float(1 << level);
     covariance = covariance * (scale * scale) + (1.0 / 12.0 - 0.25 * (1.0 - scale * scale)) * vec3(1.0, 0.0, 1.0);

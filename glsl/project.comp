@@ -133,8 +133,8 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
     // A footprint whose standard deviation is 2^l texels or more everywhere goes to level l, where
     // it covers fewer texels. Interpolation adds the variance (4^l - 1)/4, so it is taken off
     // before.
-    float variance = min(minor_variance(kernel), 1e6);
-    int level = clamp(findMSB(uint(variance)) / 2, 0, coarsest_level(receiver));
+    float variance = min(minor_eigenvalue(kernel.covariance, kernel.determinant), 1e6);
+    int level = level_for(receiver, variance);
     Level tile = level_of(receiver, level);
     float scale = 1.0 / float(1 << level);
     vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
@@ -240,10 +240,10 @@ void main() {
         float ratio = turn_toward(patch_, sun.direction);
         // Mirrored light of the sky is a matter of light_image where the patch does not touch the receiver.
         bool is_imaged = push.merged != 0 && ratio == 0.0;
-        uint near = is_imaged ? 0 : 1;
-        for (uint index = 0; is_imaged && index < push.receiver_count; index++) near |= uint(touches(patch_, receivers[index]));
+        bool throws = !is_imaged;
+        for (uint index = 0; index < push.receiver_count && !throws; index++) throws = touches(patch_, receivers[index]);
         vec3 flux[2];
-        if (near != 0 && flux_of(patch_, light, sun, ratio, flux)) {
+        if (throws && flux_of(patch_, light, sun, ratio, flux)) {
             uint first_slot = local * 2 * push.lobes * push.receiver_count;
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 if (flux[lobe] == vec3(0.0)) continue;

@@ -61,12 +61,6 @@ Kernel rescaled(Kernel kernel, float isotropic, float scale) {
     return Kernel(kernel.profile, m * square, determinant * square * square);
 }
 
-// The smaller eigenvalue of the covariance.
-float minor_variance(Kernel kernel) {
-    float middle = 0.5 * (kernel.covariance.x + kernel.covariance.z);
-    return kernel.determinant / (middle + sqrt(max(middle * middle - kernel.determinant, 0.0)));
-}
-
 // The matrix of t = d^T conic d, where kernel_value() takes t.
 vec3 conic_of(Kernel kernel) {
     vec3 m = kernel.covariance;

@@ -13,6 +13,12 @@ float quadratic2(vec3 m, vec2 d) {
     return m.x * d.x * d.x + 2.0 * m.y * d.x * d.y + m.z * d.y * d.y;
 }
 
+// The smaller eigenvalue of the covariance m.
+float minor_eigenvalue(vec3 m, float determinant) {
+    float middle = 0.5 * (m.x + m.z);
+    return determinant / (middle + sqrt(max(middle * middle - determinant, 0.0)));
+}
+
 // The kernel ((1 - t) / (1 - flatness t))^4 at t = d^T conic d: a bell for flatness 0, nearly a
 // disc toward 1. Its integral over the plane is pi mean / sqrt(det conic).
 float kernel_value(float flatness, float t) {

@@ -36,6 +36,11 @@ int coarsest_level(Receiver receiver) {
     return clamp(findMSB(min(receiver.width, receiver.height) / FEWEST), 0, COARSEST);
 }
 
+// The coarsest level of which a texel is no wider than the root of the variance, texel^2.
+int level_for(Receiver receiver, float variance) {
+    return clamp(findMSB(uint(variance)) / 2, 0, coarsest_level(receiver));
+}
+
 struct Level {
     ivec2 origin;    // in the atlas
     ivec2 size;      // without the texels around
