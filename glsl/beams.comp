@@ -32,12 +32,11 @@ layout(push_constant) uniform BeamsPush {
 #include "receiver.glsl"
 #include "kernel.glsl"
 #include "flux.glsl"
+#include "cut.glsl"
 #include "slots.glsl"
 
 // Triangles are made at least this high and long, in texels, so that none has an area of zero.
 const float THINNEST = 1.0 / 16.0;
-// A patch's corners, from its centroid, in edge1 and edge2.
-const vec2 CORNERS[3] = vec2[](vec2(-1.0, -1.0) / 3.0, vec2(2.0, -1.0) / 3.0, vec2(-1.0, 2.0) / 3.0);
 
 // Lengthens the longest side, and moves the corner that faces it away, where a focus or a fold has
 // left less than THINNEST. Makes the corners run counter-clockwise: cross2 > 0.
@@ -78,7 +77,6 @@ float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
 // The light of `flux` in W that `patch_` throws on a receiver, if any: mirrored for ratio 0, else refracted.
 bool throw_(Patch patch_, Light light, vec3 flux, float ratio, Receiver receiver, out Beam beam) {
     vec3 m = receiver.normal;
-    // A patch may touch the receiver, its centroid must be before it.
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return false;
     vec2 q[3];
     for (int i = 0; i < 3; i++) {
@@ -119,17 +117,27 @@ void main() {
         Light light = suns[push.first_light + pair / push.patch_count];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
-        vec3 flux[2];
-        if (flux_of(patch_, light, sun, ratio, flux)) {
-            uint first_slot = local * push.lobes * push.receiver_count;
-            for (uint lobe = 0; lobe < push.lobes; lobe++) {
-                if (flux[lobe] == vec3(0.0)) continue;
-                for (uint index = 0; index < push.receiver_count; index++) {
-                    Beam beam;
-                    if (throw_(patch_, light, flux[lobe], lobe == 0 ? 0.0 : ratio, receivers[index], beam)) beams[first_slot + count++] = beam;
+        uint first_slot = local * push.lobes * push.receiver_count;
+        // The patch on all receivers that leave it whole, then its part before each that cuts it.
+        uint cut = push.receiver_count;
+        uint next = 0;
+        do {
+            Patch part = patch_;
+            if (cut < push.receiver_count) part = part_before(patch_, receivers[cut]);
+            vec3 flux[2];
+            if (flux_of(part, light, sun, ratio, flux)) {
+                for (uint lobe = 0; lobe < push.lobes; lobe++) {
+                    if (flux[lobe] == vec3(0.0)) continue;
+                    for (uint index = 0; index < push.receiver_count; index++) {
+                        if (!is_due(patch_, index, cut)) continue;
+                        Beam beam;
+                        if (throw_(part, light, flux[lobe], lobe == 0 ? 0.0 : ratio, receivers[index], beam)) beams[first_slot + count++] = beam;
+                    }
                 }
             }
-        }
+            cut = next_cut(patch_, next);
+            next = cut + 1;
+        } while (cut < push.receiver_count);
     }
     count_slots(push.pair_count, count);
 }

@@ -36,6 +36,7 @@ layout(push_constant) uniform ProjectPush {
 #include "receiver.glsl"
 #include "footprint.glsl"
 #include "flux.glsl"
+#include "cut.glsl"
 #include "slots.glsl"
 
 // Footprints of at most this many texels are normalised over the texels that they touch.
@@ -66,7 +67,6 @@ vec4 reach_of(vec3 m, vec2 g) {
 uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint index, out Footprint footprints_[2]) {
     Receiver receiver = receivers[index];
     vec3 m = receiver.normal;
-    // A patch may touch the receiver, its centroid must be before it.
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return 0;
     vec3 normal = normalize(patch_.normal);
     vec3 r = sent(sun.direction, normal, ratio);
@@ -242,22 +242,32 @@ void main() {
         bool is_imaged = push.merged != 0 && ratio == 0.0;
         bool throws = !is_imaged;
         for (uint index = 0; index < push.receiver_count && !throws; index++) throws = touches(patch_, receivers[index]);
-        vec3 flux[2];
-        if (throws && flux_of(patch_, light, sun, ratio, flux)) {
-            uint first_slot = local * 2 * push.lobes * push.receiver_count;
-            for (uint lobe = 0; lobe < push.lobes; lobe++) {
-                if (flux[lobe] == vec3(0.0)) continue;
-                for (uint index = 0; index < push.receiver_count; index++) {
-                    if (is_imaged && !touches(patch_, receivers[index])) continue;
-                    Footprint found[2];
-                    uint more = project(patch_, light, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
-                    uint slot = first_slot + count;
-                    if (more > 0) footprints[slot] = found[0];
-                    if (more > 1) footprints[slot + 1] = found[1];
-                    count += more;
+        uint first_slot = local * 2 * push.lobes * push.receiver_count;
+        // The patch on all receivers that leave it whole, then its part before each that cuts it. The triangle of a
+        // merged patch stands for another shape, and is not cut.
+        uint cut = push.receiver_count;
+        uint next = push.merged != 0 ? push.receiver_count : 0;
+        do {
+            Patch part = patch_;
+            if (cut < push.receiver_count) part = part_before(patch_, receivers[cut]);
+            vec3 flux[2];
+            if (throws && flux_of(part, light, sun, ratio, flux)) {
+                for (uint lobe = 0; lobe < push.lobes; lobe++) {
+                    if (flux[lobe] == vec3(0.0)) continue;
+                    for (uint index = 0; index < push.receiver_count; index++) {
+                        if (push.merged == 0 ? !is_due(patch_, index, cut) : is_imaged && !touches(patch_, receivers[index])) continue;
+                        Footprint found[2];
+                        uint more = project(part, light, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
+                        uint slot = first_slot + count;
+                        if (more > 0) footprints[slot] = found[0];
+                        if (more > 1) footprints[slot + 1] = found[1];
+                        count += more;
+                    }
                 }
             }
-        }
+            cut = next_cut(patch_, next);
+            next = cut + 1;
+        } while (cut < push.receiver_count);
     }
     count_slots(push.pair_count, count);
 }

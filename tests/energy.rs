@@ -3,11 +3,12 @@
 mod common;
 
 use common::{
-    Device, assert_error, assert_physical, brighter, flux, footprint, load, method, options, rect,
-    scaled, solve,
+    Device, assert_error, assert_physical, brighter, flux, footprint, load, method, object_mut,
+    options, rect, scaled, solve,
 };
+use glam::{DMat3, DVec3};
 use nephroid::render::{Method, Renderer, Settings};
-use nephroid::scene::Scene;
+use nephroid::scene::{Scene, Similarity};
 
 /// A mean error of a few per cent a texel is one of much less in the sum.
 const REFERENCE_ERROR: f64 = 0.01;
@@ -56,26 +57,29 @@ fn energy_error(device: &Device, scene: &Scene, settings: &Settings, truth: &[[f
 }
 
 fn keeps_the_energy(name: &str) {
+    scene_keeps_the_energy(name, &load(name));
+}
+
+fn scene_keeps_the_energy(name: &str, scene: &Scene) {
     let device = Device::open();
-    let scene = load(name);
-    let truth = reference_flux(&scene);
-    let error = energy_error(&device, &scene, &footprint(16_384), &truth);
+    let truth = reference_flux(scene);
+    let error = energy_error(&device, scene, &footprint(16_384), &truth);
     let bright = brighter(scene.clone(), 1.01);
     let perturbed = energy_error(&device, &bright, &footprint(16_384), &truth);
     let what = format!("{name}, energy of footprints");
     assert_error(&what, 0.003, error, perturbed);
 
     let beams = method(Method::Beams, 16_384);
-    let error = energy_error(&device, &scene, &beams, &truth);
+    let error = energy_error(&device, scene, &beams, &truth);
     let perturbed = energy_error(&device, &bright, &beams, &truth);
     let what = format!("{name}, energy of beams");
     assert_error(&what, 0.003, error, perturbed);
 
     let points = method(Method::Points, 4_000_000);
-    let error = energy_error(&device, &scene, &points, &truth);
+    let error = energy_error(&device, scene, &points, &truth);
     // Brighter points are the same ones; the truth is moved instead.
     let wrong: Vec<_> = truth.iter().map(|rgb| rgb.map(|w| 1.01 * w)).collect();
-    let perturbed = energy_error(&device, &scene, &method(Method::Points, 250_000), &wrong);
+    let perturbed = energy_error(&device, scene, &method(Method::Points, 250_000), &wrong);
     let what = format!("{name}, energy of points");
     assert_error(&what, 0.005, error, perturbed);
 }
@@ -83,6 +87,19 @@ fn keeps_the_energy(name: &str) {
 #[test]
 fn ring() {
     keeps_the_energy("ring.toml");
+}
+
+/// It stands 0.11 m deep in the floor, which cuts triangles 0.025 m high.
+#[test]
+fn ring_in_the_floor() {
+    let mut scene = load("ring.toml");
+    let ring = object_mut(&mut scene, "ring");
+    ring.geometry = ring.geometry.moved(&Similarity {
+        scale: 1.0,
+        rotation: DMat3::IDENTITY,
+        shift: DVec3::new(0.0, -0.11, 0.0),
+    });
+    scene_keeps_the_energy("ring in the floor", &scene);
 }
 
 #[test]

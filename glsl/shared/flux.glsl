@@ -1,6 +1,9 @@
 // The flux that a patch throws. The including shader declares the buffer `objects` and the push
 // constant `trace`, and includes trace.glsl, sun.glsl and optics.glsl.
 
+// A patch's corners, from its centroid, in edge1 and edge2.
+const vec2 CORNERS[3] = vec2[](vec2(-1.0, -1.0) / 3.0, vec2(2.0, -1.0) / 3.0, vec2(-1.0, 2.0) / 3.0);
+
 // The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
 // for a quadratic map, and a third of the sum of their squares is the patch's covariance.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);

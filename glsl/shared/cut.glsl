@@ -1,0 +1,90 @@
+// Patches that go through a receiver. The including shader declares the buffer `receivers` and the push constant
+// `receiver_count`, and includes kernel.glsl and flux.glsl.
+
+// A patch that stands on a receiver ends in it but for rounding: of its height.
+const float ROUNDING = 1e-3;
+
+// Of the patch's corners over the receiver's plane, m.
+vec3 corner_heights(Patch patch_, Receiver receiver) {
+    float height = dot(patch_.position - receiver.origin, receiver.normal);
+    vec2 up = vec2(dot(patch_.edge1, receiver.normal), dot(patch_.edge2, receiver.normal));
+    return height + vec3(dot(CORNERS[0], up), dot(CORNERS[1], up), dot(CORNERS[2], up));
+}
+
+float highest(vec3 heights) {
+    return max(max(heights.x, heights.y), heights.z);
+}
+
+// Whether some of the patch is behind the receiver, or all of it.
+bool goes_behind(vec3 heights) {
+    return min(min(heights.x, heights.y), heights.z) < -ROUNDING * highest(heights);
+}
+
+// The first receiver from number `index` on that cuts the patch in two, or receiver_count.
+uint next_cut(Patch patch_, uint index) {
+    for (; index < push.receiver_count; index++) {
+        vec3 heights = corner_heights(patch_, receivers[index]);
+        if (highest(heights) > 0.0 && goes_behind(heights)) break;
+    }
+    return index;
+}
+
+// Whether a receiver is lit by the part before number `cut`, or by the whole patch if there is no such receiver.
+bool is_due(Patch patch_, uint index, uint cut) {
+    return cut < push.receiver_count ? index == cut : !goes_behind(corner_heights(patch_, receivers[index]));
+}
+
+// What lies before the receiver of a patch that it cuts: the triangle of the same area, centroid and covariance.
+Patch part_before(Patch patch_, Receiver receiver) {
+    vec3 heights = corner_heights(patch_, receiver);
+    // The plane parts one corner, with the tip of the patch, from the two others.
+    bvec3 before = greaterThan(heights, vec3(0.0));
+    vec2 corner = CORNERS[2];
+    vec2 p = CORNERS[0];
+    vec2 q = CORNERS[1];
+    heights = heights.zxy;
+    if (before.y == before.z) {
+        corner = CORNERS[0];
+        p = CORNERS[1];
+        q = CORNERS[2];
+        heights = heights.yzx;
+    } else if (before.x == before.z) {
+        corner = CORNERS[1];
+        p = CORNERS[2];
+        q = CORNERS[0];
+        heights = heights.zxy;
+    }
+    p -= corner;
+    q -= corner;
+    // The tip in p and q: its edges, and its moments about the corner.
+    vec2 ab = heights.x / (heights.x - heights.yz);
+    float share = ab.x * ab.y;
+    vec2 mean = share * ab / 3.0;
+    vec3 square = share * vec3(ab.x * ab.x, 0.5 * ab.x * ab.y, ab.y * ab.y) / 6.0;
+    if (heights.x <= 0.0) {
+        share = 1.0 - share;
+        mean = 1.0 / 3.0 - mean;
+        square = vec3(1.0, 0.5, 1.0) / 6.0 - square;
+    }
+    // Slivers are lost in rounding.
+    share = max(share, 1e-6);
+    mean /= share;
+    vec3 covariance = square / share - outer2(mean);
+
+    // The edges of a triangle of this covariance, one of them along q, by Cholesky's decomposition.
+    float first = sqrt(max(covariance.x, 1e-12));
+    float beside = covariance.y / first;
+    float second = sqrt(max(covariance.z - beside * beside, 0.0));
+    vec2 side1 = sqrt(18.0) * (first * p + (beside + second / sqrt(3.0)) * q);
+    vec2 side2 = sqrt(24.0) * second * q;
+    vec2 centre = corner + mean.x * p + mean.y * q;
+    Patch part = patch_;
+    part.position += centre.x * patch_.edge1 + centre.y * patch_.edge2;
+    part.normal += centre.x * patch_.bend1 + centre.y * patch_.bend2;
+    part.edge1 = side1.x * patch_.edge1 + side1.y * patch_.edge2;
+    part.edge2 = side2.x * patch_.edge1 + side2.y * patch_.edge2;
+    part.bend1 = side1.x * patch_.bend1 + side1.y * patch_.bend2;
+    part.bend2 = side2.x * patch_.bend1 + side2.y * patch_.bend2;
+    part.area *= share;
+    return part;
+}
