@@ -91,6 +91,8 @@ fn bad_options_exit_with_2_and_write_nothing() {
             ("--samples=0", "--samples"),
             ("--samples=-5", "--samples"),
             ("--samples=9999999999", "--samples"),
+            ("--sky-parts=0", "--sky-parts"),
+            ("--sky-images=0", "--sky-images"),
             ("--lightmap=0", "8192"),
             ("--lightmap=100000", "8192"),
             ("--epsilon=-1", "--epsilon"),
@@ -100,6 +102,14 @@ fn bad_options_exit_with_2_and_write_nothing() {
         ] {
             refuses(base().arg(option), 2, &[part]);
         }
+        refuses(
+            (nephroid().arg(command).arg(scene("ball.toml")))
+                .arg("--samples=1000000000")
+                .arg("-o")
+                .arg(&output),
+            2,
+            &["images of parts of the sky", "GiB", "remedy"],
+        );
         let missing = folder
             .path()
             .join("missing")

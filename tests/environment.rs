@@ -7,6 +7,7 @@ use common::{
     solve, toward_sun,
 };
 use glam::DVec3;
+use nephroid::render::Settings;
 use nephroid::scene::{EnvironmentMap, LightKind, MaterialKind, Scene};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -66,6 +67,29 @@ fn windows_on_the_ring() {
         fine,
         l1_of(&brighter(scene, 1.07), 65_536),
     );
+}
+
+/// Many images of few samples are few of many, and parts of the sky count.
+#[test]
+fn images_and_parts_are_settings() {
+    let scene = under(ring(), load("table.toml").lights[0].kind.clone());
+    let device = Device::open();
+    let map = |samples, sky_images, sky_parts| {
+        let settings = Settings {
+            sky_images,
+            sky_parts,
+            ..footprint(samples)
+        };
+        device.caustic(&scene, "floor", &settings)
+    };
+    let usual = map(4096, 4, 4096);
+    assert!(usual.pixels == map(1024, 16, 4096).pixels);
+    assert!(usual.pixels == map(4096, 4, 1024).pixels);
+    let truth = image(&solve(&scene, "floor", [64, 64], &options(0.02)));
+    let [usual, more, few] =
+        [usual, map(4096, 16, 4096), map(4096, 4, 6)].map(|map| l1(&map, &truth));
+    println!("L1 {usual}, with more images {more}, with 6 parts {few}");
+    assert!(more < 0.9 * usual && few > 1.5 * usual);
 }
 
 /// A disc of the sky is a sun.

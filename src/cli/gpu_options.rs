@@ -36,6 +36,14 @@ pub struct GpuOptions {
     /// WIDTHxHEIGHT
     #[arg(long)]
     lightmap: Option<LightMapSize>,
+    /// footprint: parts that an environment is cut into, at most
+    #[arg(long, default_value_t = Settings::default().sky_parts,
+          value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    sky_parts: u32,
+    /// footprint: images of a part of an environment in a patch, for every sample
+    #[arg(long, default_value_t = Settings::default().sky_images,
+          value_parser = clap::value_parser!(u32).range(1..=1000))]
+    sky_images: u32,
     /// pinhole: ε of the form factor's d² + ε, in squared patch diameters
     #[arg(long, default_value_t = Settings::default().epsilon, value_parser = not_negative)]
     epsilon: f32,
@@ -198,6 +206,8 @@ impl GpuOptions {
         let settings = Settings {
             method: self.method,
             samples: self.samples,
+            sky_parts: self.sky_parts,
+            sky_images: self.sky_images,
             epsilon: self.epsilon,
             filter: !self.no_filter,
             area: self.area,

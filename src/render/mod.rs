@@ -87,6 +87,10 @@ pub struct Settings {
     pub method: Method,
     /// Patches asked for on the mirrors' lit faces (at least one a triangle is made), or points.
     pub samples: u32,
+    /// `footprint`: parts that an environment is cut into, at most.
+    pub sky_parts: u32,
+    /// `footprint`: images of a part of an environment in a patch, for every sample.
+    pub sky_images: u32,
     /// `pinhole`: ε of the form factor's d² + ε, in squared patch diameters.
     pub epsilon: f32,
     /// `pinhole`: blur the light by the patch's curvature.
@@ -100,6 +104,8 @@ impl Default for Settings {
         Self {
             method: Method::Footprint,
             samples: 16_384,
+            sky_parts: 4096,
+            sky_images: 4,
             epsilon: 1.0,
             filter: true,
             area: Area::True,

@@ -7,19 +7,18 @@
 //! Halving cells and patches pair by pair, always where that narrows the footprints most, is worse: their
 //! sum is uneven where sizes change.
 
+use super::Settings;
 use super::layout::{Light, Patch};
 use super::merged::{Merged, WAYS};
 use super::sky::{Part, SkyCell, divide};
 use super::soup::Soup;
 use super::upload::Sky;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
-use crate::scene::{Geometry, Object, Scene};
+use crate::scene::{Geometry, Object, Scene, memory};
 use glam::{DVec3, UVec2};
 use std::sync::Arc;
 
-/// Pairs for every sample that is asked for.
-const PAIRS: usize = 4;
 /// Cells that count as suns, at most, and what they have of all flux, at least.
 pub const MOST_SUNS: usize = 4;
 const SUN_SHARE: f64 = 0.01;
@@ -39,7 +38,8 @@ const MESHES: f64 = 8.0;
 /// Fewest cells, and how many times as many are tried next.
 const FEWEST_CELLS: usize = 8;
 const MORE_CELLS: usize = 2;
-const MOST_CELLS: usize = 4096;
+/// Bytes for a pair, at most, measured with a million and four million samples.
+const PAIR: u64 = 400;
 
 /// Lights that are imaged by the same patches.
 #[derive(Debug, Clone, Copy)]
@@ -64,28 +64,33 @@ pub struct Pairs {
     /// Divisions of the mirrors and ways to divide that the patches are of.
     kinds: Vec<[usize; 2]>,
     trace: bool,
-    samples: u32,
+    settings: Settings,
 }
 
 impl Pairs {
-    /// About [`PAIRS`] times `samples` pairs.
+    /// About as many pairs as the settings ask for: `sky_images` for every sample.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device's memory does not suffice.
+    /// [`Error::Usage`] where there is no memory for so many, [`Error::Device`] where the device's does not suffice.
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
         soup: &Soup,
         sky: &Sky,
         trace: bool,
-        samples: u32,
+        settings: &Settings,
     ) -> Result<Self> {
         let weight = match trace {
             _ if lights_meshes(scene) => MESHES,
             true => BLOCKED,
             false => FREE,
         };
-        let budget = PAIRS * samples as usize;
+        let budget = settings.samples as usize * settings.sky_images as usize;
+        let what = format!("{budget} images of parts of the sky");
+        memory::check(&what, PAIR * budget as u64).map_err(|reason| Error::Usage {
+            reason,
+            remedy: "free some memory, or ask for fewer samples".into(),
+        })?;
         let steps = |first: usize, factor: usize| {
             std::iter::successors(Some(first), move |count| Some(count * factor))
         };
@@ -93,9 +98,10 @@ impl Pairs {
             .take_while(|&patches| patches == FEWEST || patches <= budget / FEWEST_CELLS)
             .collect();
         let distance = distance(scene);
+        let most_cells = (settings.sky_parts as usize).min(FEWEST_CELLS.max(budget / FEWEST));
         let cell_counts: Vec<usize> = steps(FEWEST_CELLS, MORE_CELLS)
-            .take_while(|&cells| cells == FEWEST_CELLS || cells * FEWEST <= budget)
-            .take_while(|&cells| cells <= MOST_CELLS)
+            .take_while(|&cells| cells < most_cells)
+            .chain([most_cells])
             .collect();
         let (sizes, variances): (Vec<usize>, Vec<f64>) = {
             let merged = Merged::new(scene, soup, &counts, 1, distance);
@@ -152,7 +158,7 @@ impl Pairs {
             merged,
             kinds,
             trace,
-            samples,
+            settings: settings.clone(),
         })
     }
 
@@ -167,7 +173,7 @@ impl Pairs {
         soup: &Soup,
         sky: &Sky,
     ) -> Result<Self> {
-        Self::new(context, scene, soup, sky, self.trace, self.samples)
+        Self::new(context, scene, soup, sky, self.trace, &self.settings)
     }
 
     /// The cells as lights, for the present rotation and scale.

@@ -11,7 +11,7 @@ mod facing;
 mod file;
 mod keyframes;
 pub mod load;
-mod memory;
+pub(crate) mod memory;
 mod mesh;
 mod mtl;
 mod obj;
