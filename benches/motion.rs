@@ -23,8 +23,12 @@ fn main() {
     keep_freed_memory();
     let device = Device::unwatched();
     println!("scene  patches  still ms  evaluate ms  update ms  moving ms  moving / still");
-    for name in ["ring.toml", "pool.toml"] {
-        let scene = with_texels(load(name), "floor", [256, 256]);
+    for (name, receiver) in [
+        ("ring.toml", "floor"),
+        ("pool.toml", "floor"),
+        ("table.toml", "table"),
+    ] {
+        let scene = with_texels(load(name), receiver, [256, 256]);
         let settings = footprint(16_384);
         let mut still = device.renderer(&scene, &settings);
         let mut moving = device.renderer(&scene, &settings);
@@ -66,7 +70,7 @@ fn main() {
     }
 }
 
-/// Everything in another place: objects turn about the y axis, and so do suns; waves travel.
+/// Everything in another place: objects turn about the y axis, and so do suns and skies; waves travel.
 fn moved(scene: &Scene, time: f64) -> Scene {
     /// rad/s
     const SPEED: f64 = 0.2;
@@ -84,8 +88,10 @@ fn moved(scene: &Scene, time: f64) -> Scene {
         object.geometry = object.geometry.moved(&turn);
     }
     for light in &mut scene.lights {
-        if let LightKind::Sun { direction, .. } = &mut light.kind {
-            *direction = rotation * *direction;
+        match &mut light.kind {
+            LightKind::Sun { direction, .. } => *direction = rotation * *direction,
+            LightKind::Environment { rotation, .. } => *rotation += SPEED * time,
+            LightKind::Lamp { .. } => {}
         }
     }
     scene

@@ -12,6 +12,8 @@ use super::soup::Soup;
 use super::split::{Cells, Moments, Point, split};
 use crate::scene::Scene;
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3, EulerRot};
+use rayon::prelude::*;
+use std::cmp::Reverse;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -67,8 +69,9 @@ impl Merged {
             }
             roots.push(first..pieces.len());
         }
-        let sums: Vec<Sums> = pieces.iter().map(|piece| piece.sums(soup)).collect();
+        let sums: Vec<Sums> = (pieces.par_iter()).map(|piece| piece.sums(soup)).collect();
         let cells = (0..ways)
+            .into_par_iter()
             .map(|way| split(&points(&sums, way, distance), &roots, counts))
             .collect();
         Self { pieces, cells }
@@ -76,7 +79,7 @@ impl Merged {
 
     /// By division, m²: mean variance of where the light of a patch's points ends up.
     pub fn variances(&self, soup: &Soup, distance: f64) -> Vec<f64> {
-        let sums: Vec<Sums> = self.pieces.iter().map(|piece| piece.sums(soup)).collect();
+        let sums = self.sums(soup);
         let total: f64 = sums.iter().map(|sums| sums.area).sum();
         let points = points(&sums, 0, distance);
         let cells = &self.cells[0];
@@ -93,29 +96,101 @@ impl Merged {
         self.cells[way].divisions[division].len()
     }
 
-    /// The patches of some divisions and ways, as the surfaces are now, one after the other.
-    pub fn patches(&self, soup: &Soup, divisions: &[[usize; 2]]) -> Vec<Patch> {
-        let sums: Vec<Sums> = self.pieces.iter().map(|piece| piece.sums(soup)).collect();
-        let patch = |cells: &Cells, cell: &Range<usize>| {
-            let mut all = Sums::ZERO;
-            for i in cells.points(cell) {
-                all.add(&sums[i]);
-            }
-            // The piece in the middle: there the rays start.
+    /// Settles which patches are wanted: those of some divisions and ways, one after the other.
+    pub fn want(&self, soup: &Soup, kinds: Vec<[usize; 2]>) -> Wanted {
+        let sums = self.sums(soup);
+        let all = self.sums_of(&sums, &kinds);
+        let middle = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
             let middle = all.x / all.area;
             let far = |&i: &usize| (sums[i].x / sums[i].area).distance_squared(middle);
-            let nearest = (cells.points(cell))
-                .min_by(|a, b| far(a).total_cmp(&far(b)))
-                .expect("no cell is empty");
-            all.patch(&self.pieces[nearest], soup)
+            let nearest = cells.points(cell).min_by(|a, b| far(a).total_cmp(&far(b)));
+            nearest.expect("no cell is empty") as u32
         };
-        (divisions.iter())
-            .flat_map(|&[division, way]| {
+        let middles = (kinds.par_iter().zip(&all))
+            .map(|(&[division, way], all)| {
                 let cells = &self.cells[way];
-                (cells.divisions[division].iter()).map(move |cell| patch(cells, cell))
+                let of_kind = cells.divisions[division].iter().zip(all);
+                of_kind
+                    .map(|(cell, all)| middle(cells, cell, all))
+                    .collect()
             })
+            .collect();
+        Wanted { kinds, middles }
+    }
+
+    /// Those, as the surfaces are now.
+    pub fn patches(&self, soup: &Soup, wanted: &Wanted) -> Vec<Patch> {
+        let all = self.sums_of(&self.sums(soup), &wanted.kinds);
+        let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&wanted.middles))
+            .map(|(all, middles)| {
+                (all.iter().zip(middles))
+                    .map(|(all, &middle)| all.patch(&self.pieces[middle as usize], soup))
+                    .collect()
+            })
+            .collect();
+        patches.concat()
+    }
+
+    fn sums(&self, soup: &Soup) -> Vec<Sums> {
+        (self.pieces.par_iter())
+            .map(|piece| piece.sums(soup))
             .collect()
     }
+
+    /// By kind, the sums over the pieces of each cell.
+    fn sums_of(&self, sums: &[Sums], kinds: &[[usize; 2]]) -> Vec<Vec<Sums>> {
+        let mut all = vec![Vec::new(); kinds.len()];
+        let of_ways: Vec<Vec<(usize, Vec<Sums>)>> = (0..self.cells.len())
+            .into_par_iter()
+            .map(|way| {
+                let mut of_way: Vec<usize> =
+                    (0..kinds.len()).filter(|&k| kinds[k][1] == way).collect();
+                of_way.sort_by_key(|&kind| Reverse(kinds[kind][0]));
+                let divisions = &self.cells[way].divisions;
+                let mut found: Vec<(usize, Vec<Sums>)> = Vec::new();
+                for kind in of_way {
+                    let division = &divisions[kinds[kind][0]];
+                    let of_kind = match found.last() {
+                        // The cells of a finer division are parts of these.
+                        Some((finer, sums)) => {
+                            gathered(division, &divisions[kinds[*finer][0]], sums)
+                        }
+                        None => (division.iter())
+                            .map(|cell| {
+                                let pieces = self.cells[way].points(cell);
+                                Sums::of(pieces.map(|piece| &sums[piece]))
+                            })
+                            .collect(),
+                    };
+                    found.push((kind, of_kind));
+                }
+                found
+            })
+            .collect();
+        for (kind, sums) in of_ways.into_iter().flatten() {
+            all[kind] = sums;
+        }
+        all
+    }
+}
+
+/// Patches that are wanted.
+pub struct Wanted {
+    /// Division and way.
+    kinds: Vec<[usize; 2]>,
+    /// By kind and cell, the piece in its middle, where rays start.
+    middles: Vec<Vec<u32>>,
+}
+
+/// The sums of `cells` from those of their parts.
+fn gathered(cells: &[Range<usize>], parts: &[Range<usize>], sums: &[Sums]) -> Vec<Sums> {
+    (cells.iter())
+        .map(|cell| {
+            let first = parts.partition_point(|part| part.start < cell.start);
+            let end = parts.partition_point(|part| part.start < cell.end);
+            Sums::of(&sums[first..end])
+        })
+        .collect()
 }
 
 /// Where the pieces are and where they send the light, in the axes of a way.
@@ -228,6 +303,12 @@ impl Sums {
         xx: DMat3::ZERO,
         nx: DMat3::ZERO,
     };
+
+    fn of<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut all = Self::ZERO;
+        parts.into_iter().for_each(|part| all.add(part));
+        all
+    }
 
     fn add(&mut self, other: &Self) {
         self.area += other.area;

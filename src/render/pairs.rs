@@ -9,7 +9,7 @@
 
 use super::Settings;
 use super::layout::{Light, Patch};
-use super::merged::{Merged, WAYS};
+use super::merged::{Merged, WAYS, Wanted};
 use super::sky::{Part, SkyCell, divide};
 use super::soup::Soup;
 use super::upload::Sky;
@@ -61,8 +61,8 @@ pub struct Pairs {
     suns: Vec<SkyCell>,
     cells: Vec<SkyCell>,
     merged: Merged,
-    /// Divisions of the mirrors and ways to divide that the patches are of.
-    kinds: Vec<[usize; 2]>,
+    /// The patches.
+    wanted: Wanted,
     trace: bool,
     settings: Settings,
 }
@@ -146,7 +146,8 @@ impl Pairs {
             }
         }
         let lights = lights_of(&cells, sky);
-        let patches = merged.patches(soup, &kinds);
+        let wanted = merged.want(soup, kinds);
+        let patches = merged.patches(soup, &wanted);
         Ok(Self {
             lights: Buffer::with_data(context, "sky cells", &lights)?,
             patches: Buffer::with_data(context, "merged patches", &patches)?,
@@ -156,7 +157,7 @@ impl Pairs {
             suns,
             cells,
             merged,
-            kinds,
+            wanted,
             trace,
             settings: settings.clone(),
         })
@@ -190,7 +191,7 @@ impl Pairs {
 
     /// The patches, for the present place of the mirrors.
     pub fn patches_of(&self, soup: &Soup) -> Vec<Patch> {
-        self.merged.patches(soup, &self.kinds)
+        self.merged.patches(soup, &self.wanted)
     }
 }
 
