@@ -1,5 +1,5 @@
-// light_image: the image of a part of the sky in a merged patch on every receiver that the patch does not
-// touch. The patch is a pinhole camera (Wand & Strasser 2003, section 3.1); the edges of the image are
+// light_image: the images of a part of the sky in a merged patch, mirrored and refracted, on every receiver that the
+// patch does not touch. The patch is a pinhole camera (Wand & Strasser 2003, section 3.1); the edges of the image are
 // as soft as the patch is wide and bends the light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -12,7 +12,7 @@ layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
 layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
-// receiver_count slots a pair, the used ones first.
+// lobes^2 receiver_count slots a pair, the used ones first.
 layout(std430, binding = 6) writeonly buffer Images { LightImage images[]; };
 layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // images, lit pairs
@@ -22,6 +22,7 @@ layout(push_constant) uniform LightImagePush {
     uint first_pair;     // of this batch
     uint pair_count;     // in this batch
     uint receiver_count;
+    uint lobes;          // 1: mirrored light; 2: and refracted light
     float spread;        // variance of the soft edges over that of the patch
     uint trace;          // 0: nothing can block
 } push;
@@ -33,6 +34,7 @@ layout(push_constant) uniform LightImagePush {
 #include "kernel.glsl"
 #include "flux.glsl"
 #include "slots.glsl"
+#include "refracted_sky.glsl"
 
 // Least cosine at the patch and the receiver for which light is followed.
 const float GRAZING = 0.01;
@@ -65,9 +67,20 @@ vec3 toward(Sky sky, vec2 uv) {
     return level * (sky.ahead + across * sky.east) + vec3(0.0, sine, 0.0);
 }
 
-// The image on receiver number `index`, if there is any. `lit`: -1 as long as it is not known whether light
-// arrives at the patch.
-bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightImage image) {
+// Whether there is light of the part behind the patch, too, which is turned toward its middle.
+bool is_on_both_sides(Patch patch_, Light light) {
+    Sky sky = sky_of(light);
+    vec3 normal = cross(patch_.edge1, patch_.edge2);
+    float least = FAR;
+    for (int i = 0; i < 9; i++) least = min(least, dot(toward(sky, vec2(i % 3 - 1, i / 3 - 1)), normal));
+    return least < 0.0;
+}
+
+// The mirrored or, if `passes`, the refracted image on receiver number `index`, if there is any. `surface` is the index of
+// refraction before the patch over that beyond, 0 for a mirror. `lit`: -1 as long as it is not known whether
+// light arrives at the patch.
+bool image_on(Patch patch_, Light light, float surface, bool passes, uint index, inout int lit, out LightImage image) {
+    float ratio = passes ? surface : 0.0;
     Receiver receiver = receivers[index];
     if (touches(patch_, receiver)) return false;
     vec3 m = receiver.normal;
@@ -75,19 +88,19 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
     if (height <= 0.0) return false;
     vec3 normal = normalize(patch_.normal);
     vec3 geometric = cross(patch_.edge1, patch_.edge2);
-    // The way down, as the patch mirrors it to the sky.
-    vec3 down = -mirrored(m, normal);
 
-    // The middle of what the patch mirrors down.
+    // The middle of what the patch sends down.
     Sky sky = sky_of(light);
     vec3 middle = vec3(0.0);
     for (int i = 0; i < 9; i++) {
         vec3 s = toward(sky, 2.0 / 3.0 * vec2(i % 3 - 1, i / 3 - 1));
-        if (dot(s, normal) > GRAZING && dot(s, down) > GRAZING) middle += s;
+        if (dot(s, normal) > GRAZING && dot(sent(s, normal, ratio), m) < -GRAZING) middle += s;
     }
     if (middle == vec3(0.0)) return false;
     middle = normalize(middle);
-    vec3 r = mirrored(middle, normal);
+    vec3 r = sent(middle, normal, ratio);
+    // Of a wide part the middle may be refracted elsewhere.
+    if (dot(r, m) >= -GRAZING) return false;
     if (lit < 0) lit = int(push.trace == 0 || !occluded(patch_.position, middle, FAR, patch_.triangle));
     if (lit == 0) return false;
     float way = height / -dot(r, m);
@@ -98,7 +111,7 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
         vec2 st = AXES[i];
         vec3 bend = normalize_change(patch_.normal, st.x * patch_.bend1 + st.y * patch_.bend2);
         vec3 change = st.x * patch_.edge1 + st.y * patch_.edge2
-            + way * mirrored_change(middle, normal, vec3(0.0), bend);
+            + way * sent_change(middle, normal, vec3(0.0), bend, ratio);
         of_patch[i] = texel_direction(receiver, change - r * (dot(change, m) / dot(r, m)));
     }
     of_patch *= sqrt(push.spread);
@@ -114,21 +127,43 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
     vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
     vec2 foot = vec2(tile.origin) + (to_texels(receiver, patch_.position) - origin) * scale;
 
-    // The axes of the sky seen in the mirror. In them, the way to a texel is linear in the texel.
+    // The axes of the sky as the patch shows them. In them, the way to a texel is linear in the texel; through a surface
+    // there comes a part along the normal, see bend_at().
     vec3 u = receiver.edge_u / (float(receiver.width) * scale * height);
     vec3 v = -receiver.edge_v / (float(receiver.height) * scale * height);
-    vec3 ahead = mirrored(sky.ahead, normal);
-    vec3 east = mirrored(sky.east, normal) / sky.half_azimuth;
-    vec3 up = mirrored(vec3(0.0, 1.0, 0.0), normal) / sky.half_sine;
+    vec3 ahead = sky.ahead;
+    vec3 east = sky.east / sky.half_azimuth;
+    vec3 up = vec3(0.0, 1.0 / sky.half_sine, 0.0);
+    vec3 cosine = normal;
+    vec3 by_normal = vec3(0.0);
+    if (passes) {
+        by_normal = vec3(dot(ahead, normal), dot(east, normal), dot(up, normal));
+        ahead /= -ratio;
+        east /= -ratio;
+        up /= -ratio;
+        cosine = -normal;
+    } else {
+        ahead = mirrored(ahead, normal);
+        east = mirrored(east, normal);
+        up = mirrored(up, normal);
+    }
 
     // How the coordinates change by the texel, in the middle, and so how soft the edges are. Where
     // the blur of the two is correlated, the second is what is left beside the first.
-    vec3 to = r * (way / height);
-    float forward = dot(ahead, to);
-    vec2 along = vec2(dot(to, u), dot(to, v));
-    float long_ = way / height;
-    vec2 du = (vec2(dot(east, u), dot(east, v)) - dot(east, to) / forward * vec2(dot(ahead, u), dot(ahead, v))) / forward;
-    vec2 dv = (vec2(dot(up, u), dot(up, v)) - dot(up, to) * along / (long_ * long_)) / long_;
+    float at = dot(cosine, r);
+    float bend = passes ? bend_at(at, ratio) : 0.0;
+    float bend_change = passes ? at / (ratio * ratio * bend + ratio * at) - 1.0 / ratio : 0.0;
+    float forward = dot(ahead, r) + by_normal.x * bend;
+    float sideward = dot(east, r) + by_normal.y * bend;
+    vec2 du, dv;
+    for (int i = 0; i < 2; i++) {
+        vec3 texel = i == 0 ? u : v;
+        vec3 turn = (texel - r * dot(r, texel)) * (height / way);
+        float more = bend_change * dot(cosine, turn);
+        vec3 change = vec3(dot(ahead, turn), dot(east, turn), dot(up, turn)) + by_normal * more;
+        du[i] = (change.y - sideward / forward * change.x) / forward;
+        dv[i] = change.z;
+    }
     vec3 blur = vec3(
         quadratic2(covariance, du),
         covariance.x * du.x * dv.x + covariance.y * (du.x * dv.y + du.y * dv.x) + covariance.z * du.y * dv.y,
@@ -146,6 +181,7 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
     if (high_sine > POLE) high_sine = 1.0 + beyond;
     float narrower = 2.0 * sky.half_sine / (high_sine - low_sine);
     up *= narrower;
+    by_normal.z *= narrower;
     shear *= narrower;
     soft.y *= narrower;
     sky.sine = 0.5 * (low_sine + high_sine);
@@ -156,12 +192,14 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
     edge.y += abs(shear) * edge.x;
     vec2 low = vec2(FAR);
     vec2 high = vec2(-FAR);
-    vec2 inside = vec2(dot(middle, normal), dot(middle, down) - 0.1 * GRAZING);
+    vec2 inside = vec2(dot(middle, normal), -dot(r, m) - 0.1 * GRAZING);
     for (int i = 0; i < 10; i++) {
         vec3 s = toward(sky, edge * vec2(0.5 * float(i % 5) - 1.0, i < 5 ? -1.0 : 1.0));
-        vec2 outside = vec2(dot(s, normal), dot(s, down) - 0.1 * GRAZING);
-        vec2 back = mix(vec2(1.0), inside / (inside - outside), lessThan(outside, vec2(0.0)));
-        s = mirrored(mix(middle, s, min(back.x, back.y)), normal);
+        float outside = dot(s, normal) - 0.1 * GRAZING;
+        if (outside < 0.0) s = mix(middle, s, (inside.x - 0.1 * GRAZING) / (inside.x - outside));
+        s = sent(ratio > 0.0 ? normalize(s) : s, normal, ratio);
+        outside = -dot(s, m) - 0.1 * GRAZING;
+        if (outside < 0.0) s = mix(r, s, inside.y / (inside.y - outside));
         vec2 place = texel_direction(receiver, s * (height / max(-dot(s, m), 1e-6))) * scale;
         low = min(low, place);
         high = max(high, place);
@@ -171,7 +209,7 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
     vec2 tile_high = vec2(tile.origin + tile.size) + around;
     low = clamp(foot + low, tile_low, tile_high);
     high = clamp(foot + high, tile_low, tile_high);
-    if (!all(lessThan(low, high)) || dot(geometric, r) <= 0.0) return false;
+    if (!all(lessThan(low, high)) || dot(geometric, r) > 0.0 != (ratio == 0.0)) return false;
 
     vec2 target = to_texels(receiver, patch_.position + way * r);
     target = clamp(target, origin, origin + vec2(receiver.width, receiver.height));
@@ -181,16 +219,22 @@ bool image_on(Patch patch_, Light light, uint index, inout int lit, out LightIma
 
     vec3 radiance = light.power / (4.0 * light.half_azimuth * light.half_sine);
     Object object = objects[patch_.object];
-    // Not reflected_share(): glslc 2023.2 crashes where it folds a ratio of 0.
-    vec3 reflected = object.kind == CONDUCTOR
-        ? fresnel_conductor(dot(middle, normal), object.index, object.extinction) : object.color;
+    // What a surface reflects and lets through is a matter of every texel, as it depends on the angle so much. Refracted
+    // light is denser by the square of the index.
+    if (surface == 0.0) {
+        radiance *= reflected_share(object, dot(middle, normal), surface);
+    } else if (passes) {
+        radiance /= ratio * ratio;
+    }
+    float seen_ratio = passes ? ratio : surface > 0.0 ? 1.0 / surface : 1.0;
+    float reflects = !passes && surface > 0.0 ? 1.0 : 0.0;
     image = LightImage(
         foot, low, high, vec2(dot(u, u), dot(v, v)),
         vec3(dot(ahead, u), dot(ahead, v), -dot(ahead, m)), 1.0 / soft.x,
         vec3(dot(east, u), dot(east, v), -dot(east, m)), 1.0 / soft.y,
         vec3(dot(up, u), dot(up, v), -dot(up, m)), shear,
-        vec3(dot(normal, u), dot(normal, v), -dot(normal, m)), sky.sine / sky.half_sine,
-        radiance * reflected * (patch_.area / (height * height)), 0.0);
+        vec3(dot(cosine, u), dot(cosine, v), -dot(cosine, m)), sky.sine / sky.half_sine,
+        radiance * (patch_.area / (height * height)), seen_ratio, by_normal, reflects);
     return true;
 }
 
@@ -201,13 +245,26 @@ void main() {
         uvec2 members = pairs[push.first_pair + local];
         Patch patch_ = patches[members.x];
         Light light = suns[members.y];
-        int lit = -1;
-        if (objects[patch_.object].kind != DIELECTRIC) {
-            for (uint index = 0; index < push.receiver_count; index++) {
-                LightImage image;
-                if (image_on(patch_, light, index, lit, image)) images[local * push.receiver_count + count++] = image;
+        uint first_slot = local * push.lobes * push.lobes * push.receiver_count;
+        // What is on the light's side of the patch; where light goes through and comes from both, then on the other.
+        float ratio = turn_toward(patch_, light.place);
+        bool is_other = false;
+        bool has_other = ratio > 0.0 && is_on_both_sides(patch_, light);
+        do {
+            if (is_other) {
+                vec3 beyond = -cross(patch_.edge1, patch_.edge2);
+                patch_ = patches[members.x];
+                ratio = turn_toward(patch_, beyond);
             }
-        }
+            int lit = -1;
+            for (uint lobe = 0; lobe < (ratio > 0.0 ? 2 : 1); lobe++) {
+                for (uint index = 0; index < push.receiver_count; index++) {
+                    LightImage image;
+                    if (image_on(patch_, light, ratio, lobe == 1, index, lit, image)) images[first_slot + count++] = image;
+                }
+            }
+            is_other = !is_other;
+        } while (is_other && has_other);
     }
     count_slots(push.pair_count, count);
 }

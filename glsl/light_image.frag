@@ -1,12 +1,15 @@
-// light_image: irradiance at the texel's centre from the patch, which mirrors an even part of the sky.
+// light_image: irradiance at the texel's centre from the patch, which mirrors or refracts an even part of the sky.
 #version 460
+#extension GL_GOOGLE_include_directive : require
+#include "refracted_sky.glsl"
 
 layout(location = 0) in flat vec4 foot_and_size;
 layout(location = 1) in flat vec4 ahead_and_sharp;
 layout(location = 2) in flat vec4 east_and_sharp;
 layout(location = 3) in flat vec4 up_and_shear;
 layout(location = 4) in flat vec4 cosine_and_sine;
-layout(location = 5) in flat vec3 radiance;
+layout(location = 5) in flat vec4 radiance_and_reflects;
+layout(location = 6) in flat vec4 normal_and_ratio;
 layout(location = 0) out vec4 irradiance;
 
 // Integral of 15/16 (1 - x^2)^2 from -1 on.
@@ -24,10 +27,19 @@ void main() {
     vec2 d = gl_FragCoord.xy - foot_and_size.xy;
     vec3 q = vec3(d, 1.0);
     float s2 = 1.0 + dot(foot_and_size.zw, d * d);
-    float forward = dot(ahead_and_sharp.xyz, q);
-    float u = dot(east_and_sharp.xyz, q) / max(forward, 1e-9);
-    float v = dot(up_and_shear.xyz, q) * inversesqrt(s2) - cosine_and_sine.w - up_and_shear.w * u;
+    float inverse = inversesqrt(s2);
+    float cosine = max(dot(cosine_and_sine.xyz, q) * inverse, 0.0);
+    float ratio = normal_and_ratio.w;
+    float bend = bend_at(cosine, ratio);
+    float forward = dot(ahead_and_sharp.xyz, q) * inverse + normal_and_ratio.x * bend;
+    float u = (dot(east_and_sharp.xyz, q) * inverse + normal_and_ratio.y * bend) / max(forward, 1e-9);
+    float v = dot(up_and_shear.xyz, q) * inverse + normal_and_ratio.z * bend - cosine_and_sine.w - up_and_shear.w * u;
     float seen = forward > 0.0 ? box_at(u, ahead_and_sharp.w) * box_at(v, east_and_sharp.w) : 0.0;
-    float cosines = max(dot(cosine_and_sine.xyz, q), 0.0);
-    irradiance = vec4(radiance * (seen * cosines / (s2 * s2)), 0.0);
+    // What the surface reflects, of unpolarised light (Fresnel): nothing for ratio 1.
+    float before = bend + cosine / ratio;
+    float across = (ratio * before - cosine) / (ratio * before + cosine + 1e-9);
+    float along = (before - ratio * cosine) / (before + ratio * cosine + 1e-9);
+    float reflected = 0.5 * (across * across + along * along);
+    float share = mix(1.0 - reflected, reflected, radiance_and_reflects.w);
+    irradiance = vec4(radiance_and_reflects.xyz * (seen * share * cosine * inverse * inverse * inverse), 0.0);
 }

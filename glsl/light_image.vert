@@ -12,7 +12,8 @@ layout(location = 1) out flat vec4 ahead_and_sharp;
 layout(location = 2) out flat vec4 east_and_sharp;
 layout(location = 3) out flat vec4 up_and_shear;
 layout(location = 4) out flat vec4 cosine_and_sine;
-layout(location = 5) out flat vec3 radiance;
+layout(location = 5) out flat vec4 radiance_and_reflects;
+layout(location = 6) out flat vec4 normal_and_ratio;
 
 void main() {
     LightImage image = images[gl_VertexIndex / 4];
@@ -22,6 +23,7 @@ void main() {
     east_and_sharp = vec4(image.east, image.sharp_sine);
     up_and_shear = vec4(image.up, image.shear);
     cosine_and_sine = vec4(image.cosine, image.sine);
-    radiance = image.radiance;
+    radiance_and_reflects = vec4(image.radiance, image.reflects);
+    normal_and_ratio = vec4(image.normal, image.ratio);
     gl_Position = vec4(corner / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);
 }

@@ -238,8 +238,8 @@ void main() {
         Light light = suns[members.y];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
-        // Mirrored light of the sky is a matter of light_image where the patch does not touch the receiver.
-        bool is_imaged = push.merged != 0 && ratio == 0.0;
+        // The sky is a matter of light_image where the patch does not touch the receiver.
+        bool is_imaged = push.merged != 0;
         bool throws = !is_imaged;
         for (uint index = 0; index < push.receiver_count && !throws; index++) throws = touches(patch_, receivers[index]);
         uint first_slot = local * 2 * push.lobes * push.receiver_count;

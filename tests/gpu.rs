@@ -21,7 +21,7 @@ fn compact(context: &Arc<Context>, quads: &Buffer) -> Pipeline {
         ("coarse", Resource::Buffer(&buffer("coarse", 1))),
         ("steps", Resource::Buffer(&buffer("steps", 15))),
     ];
-    Pipeline::compute(context, &shaders::COMPACT_COMP, &resources).unwrap()
+    Pipeline::compute(context, &shaders::COMPACT_COMP, false, &resources).unwrap()
 }
 
 fn quads(context: &Arc<Context>) -> Buffer {

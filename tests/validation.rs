@@ -28,7 +28,7 @@ fn sample(context: &Arc<Context>, triangles: &Buffer, patches: &Buffer) -> Pipel
         ),
         ("patches", Resource::Buffer(patches)),
     ];
-    Pipeline::compute(context, &shaders::SAMPLE_COMP, &resources).unwrap()
+    Pipeline::compute(context, &shaders::SAMPLE_COMP, false, &resources).unwrap()
 }
 
 /// What the layers say of `mistake`, up to the end of the device.
@@ -83,7 +83,8 @@ fn reading_beyond_a_buffer_is_caught() {
                 ("coarse", Resource::Buffer(&buffer(context, "coarse"))),
                 ("steps", Resource::Buffer(&buffer(context, "steps"))),
             ];
-            let pipeline = Pipeline::compute(context, &shaders::COMPACT_COMP, &resources).unwrap();
+            let pipeline =
+                Pipeline::compute(context, &shaders::COMPACT_COMP, false, &resources).unwrap();
             let mut recorder = Recorder::new(context).unwrap();
             recorder.dispatch(&pipeline, &[pairs, 2, 1], [1, 1, 1]);
             recorder.submit().unwrap();

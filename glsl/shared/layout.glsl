@@ -163,10 +163,11 @@ struct Footprint {
     vec2 upper;
 };
 
-// The image of a part of the sky in a patch on a receiver. With q = (texel - foot, 1) and the squared length
-// s2 = 1 + dot(size, (texel - foot)^2) of the way to the texel over the patch's height, the part is seen
-// within |u| < 1 and |v| < 1, u = east . q / ahead . q, v = up . q / sqrt(s2) - sine - shear u, and
-// its irradiance there is radiance * cosine . q / s2^2.
+// The image of a part of the sky in a patch on a receiver. With q = (texel - foot, 1) over the length s of the way to the
+// texel over the patch's height, s^2 = 1 + dot(size, (texel - foot)^2), and b = bend_at(cosine . q, ratio), the part is
+// seen within |u| < 1 and |v| < 1, u = (east . q + normal.y b) / (ahead . q + normal.x b),
+// v = up . q + normal.z b - sine - shear u, and its irradiance there is radiance * cosine . q / s^3 times what
+// the surface lets through.
 struct LightImage {
     vec2 foot;       // of the patch on the receiver's plane, in the atlas
     vec2 lower;      // corners of what it covers in the atlas
@@ -180,8 +181,10 @@ struct LightImage {
     float shear;
     vec3 cosine;
     float sine;
-    vec3 radiance;   // W/m^2, reflected, times the patch's area over its squared height
-    float unused;
+    vec3 radiance;   // W/m^2, reflected or beyond, times the patch's area over its squared height
+    float ratio;     // index of refraction on the far side of the surface from here over that on this side; 1 for mirrors
+    vec3 normal;     // the surface's in (ahead, east, up) of the sky; 0 for mirrored light
+    float reflects;  // 1: light that a transparent surface mirrors; 0: that it lets through, or of a mirror
 };
 
 // The image of a light in a patch on a node of a curved receiver. With q the way from `centre` to a

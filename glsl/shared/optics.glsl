@@ -1,5 +1,8 @@
 // Reflection, refraction, their derivatives, and Fresnel's equations. src/optics.rs has the sources.
 
+// Whether the scene has no surfaces that let light through. Then their equations are left out.
+layout(constant_id = 0) const bool ONLY_MIRRORS = false;
+
 // Direction that leaves a mirror of unit normal n when light comes from s (unit, away from the
 // mirror): 2 (n.s) n - s. GLSL's reflect() takes the direction of travel, -s.
 vec3 mirrored(vec3 s, vec3 n) {
@@ -14,7 +17,7 @@ vec3 mirrored_change(vec3 s, vec3 n, vec3 ds, vec3 dn) {
 // Index of refraction on the side of the light over that beyond, for light on the front or behind;
 // 0 for a surface that only reflects.
 float ratio_of(Object object, bool front) {
-    if (object.kind != DIELECTRIC) return 0.0;
+    if (ONLY_MIRRORS || object.kind != DIELECTRIC) return 0.0;
     return front ? 1.0 / object.index.x : object.index.x;
 }
 

@@ -43,7 +43,7 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// A compute pipeline with its resources.
+    /// A compute pipeline with its resources. `constant` is the specialisation constant 0, of shaders that have one.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the driver refuses.
@@ -53,15 +53,22 @@ impl Pipeline {
     pub fn compute(
         context: &Arc<Context>,
         shader: &'static Shader,
+        constant: bool,
         resources: &Bindings,
     ) -> Result<Self> {
         let stages = vk::ShaderStageFlags::COMPUTE;
         let mut pipeline =
             Self::without_handle(context, &[shader], stages, vk::PipelineBindPoint::COMPUTE)?;
         let module = Module::new(context, shader)?;
+        let value = vk::Bool32::from(constant).to_ne_bytes();
+        let entries = [vk::SpecializationMapEntry::default().size(value.len())];
+        let constants = vk::SpecializationInfo::default()
+            .map_entries(&entries)
+            .data(&value);
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(stages)
             .module(module.handle)
+            .specialization_info(&constants)
             .name(c"main");
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(stage)

@@ -66,7 +66,7 @@ mirrors! {
     LightImage {
         foot: Vec2, lower: Vec2, upper: Vec2, size: Vec2,
         ahead: Vec3, sharp_azimuth: f32, east: Vec3, sharp_sine: f32, up: Vec3, shear: f32,
-        cosine: Vec3, sine: f32, radiance: Vec3, unused: f32,
+        cosine: Vec3, sine: f32, radiance: Vec3, ratio: f32, normal: Vec3, reflects: f32,
     }
     Spot {
         centre: Vec3, flatness: f32, u: Vec3, before: f32, v: Vec3, low: u32, along: Vec3, high: u32,
@@ -87,7 +87,7 @@ mirrors! {
         flat_spread: f32, trace: u32, merged: u32,
     }
     LightImagePush {
-        first_pair: u32, pair_count: u32, receiver_count: u32, spread: f32, trace: u32,
+        first_pair: u32, pair_count: u32, receiver_count: u32, lobes: u32, spread: f32, trace: u32,
     }
     CompactPush { pair_count: u32, slots: u32, receiver_count: u32, }
     CurvedPush {

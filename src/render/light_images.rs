@@ -24,8 +24,9 @@ impl LightImages {
         pairs: &Pairs,
         coarse: &Buffer,
     ) -> Result<Self> {
-        // Mirrored light only, and no levels of its own.
-        let (slots, bytes) = (scene.flat_count, size_of::<LightImage>());
+        // Transparent surfaces have two sides. No levels of its own.
+        let slots = scene.lobes * scene.lobes * scene.flat_count;
+        let bytes = size_of::<LightImage>();
         let listed = Listed::new(context, scene, pairs.pair_count, bytes, slots, 0)?;
         let project = scene.compute(
             context,
@@ -63,6 +64,7 @@ impl LightImages {
             first_pair: batch.first_pair,
             pair_count: batch.pair_count,
             receiver_count: scene.flat_count,
+            lobes: scene.lobes,
             spread: IMAGE_SPREAD,
             trace: u32::from(scene.trace),
         };

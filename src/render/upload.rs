@@ -238,7 +238,8 @@ impl DeviceScene {
             ("reflectors", Resource::Buffer(&self.reflectors)),
             ("environment", Resource::Image(&self.environment)),
         ];
-        Pipeline::compute(context, shader, &[own, &shared].concat())
+        let only_mirrors = self.lobes == 1;
+        Pipeline::compute(context, shader, only_mirrors, &[own, &shared].concat())
     }
 
     /// Lights whose patches' light is thrown as triangles, or not so, with their patches.
