@@ -11,8 +11,11 @@ use nephroid::image_file::RgbImage;
 use nephroid::optics::fresnel_dielectric;
 use nephroid::render::Method;
 use nephroid::scene::{
-    Geometry, Light, LightKind, Material, MaterialKind, Object, Rect, Scene, Sine, Waves,
+    EnvironmentMap, Geometry, Light, LightKind, Material, MaterialKind, Object, Rect, Scene, Sine,
+    Waves,
 };
+use std::f64::consts::PI;
+use std::sync::Arc;
 
 const IOR: f64 = 1.333;
 
@@ -211,6 +214,39 @@ fn water_without_a_sun_is_dark() {
         let map = device.caustic(&scene, "floor", &method(of, 4096));
         assert!(map.pixels.iter().all(|&rgb| rgb == [0.0; 3]));
     }
+}
+
+/// Through still water comes π L (1 − F̄) of an even sky, F̄ = 2 ∫ F c dc over the cosine c.
+#[test]
+fn still_water_lets_an_even_sky_through() {
+    let sky = |radiance: f32| LightKind::Environment {
+        map: Arc::new(EnvironmentMap {
+            width: 4,
+            height: 2,
+            radiance: [[[radiance; 3]; 4], [[0.0; 3]; 4]].concat(),
+        }),
+        scale: 1.0,
+        rotation: 0.0,
+    };
+    // All that is refracted to the floor, within 48.6°, comes by the water.
+    let mut scene = water(Vec::new(), [16, 16], 0.2, DVec3::Y);
+    let steps = 10_000;
+    let reflected: f64 = (0..steps)
+        .map(|i| (f64::from(i) + 0.5) / f64::from(steps))
+        .map(|c| 2.0 * fresnel_dielectric(c, 1.0 / IOR) * c / f64::from(steps))
+        .sum();
+    let exact = PI * (1.0 - reflected);
+    let device = Device::open();
+    let mut error = |radiance| {
+        scene.lights[0].kind = sky(radiance);
+        let map = device.caustic(&scene, "floor", &footprint(16_384));
+        assert_physical(&map);
+        let off: f64 = (map.pixels.iter())
+            .map(|rgb| (f64::from(rgb[0]) / exact - 1.0).abs())
+            .sum();
+        off / map.pixels.len() as f64
+    };
+    assert_error("sky through still water", 0.01, error(1.0), error(1.03));
 }
 
 /// Waves move: after a time they are where their phases say.

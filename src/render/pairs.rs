@@ -10,13 +10,13 @@
 use super::Settings;
 use super::layout::{Light, Patch};
 use super::merged::{Merged, WAYS, Wanted};
-use super::sky::{Part, SkyCell, divide};
+use super::sky::{self, Part, SkyCell, divide};
 use super::soup::Soup;
 use super::upload::Sky;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
 use crate::scene::{Geometry, Object, Scene, memory};
-use glam::{DVec3, UVec2};
+use glam::{DVec3, UVec2, Vec3};
 use std::sync::Arc;
 
 /// Cells that count as suns, at most, and what they have of all flux, at least.
@@ -68,7 +68,8 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// About as many pairs as the settings ask for: `sky_images` for every sample.
+    /// About as many pairs as the settings ask for, `sky_images` for every sample, times the sky's share of the light
+    /// beside `suns`: it should be as exact as theirs.
     ///
     /// # Errors
     /// [`Error::Usage`] where there is no memory for so many, [`Error::Device`] where the device's does not suffice.
@@ -77,6 +78,7 @@ impl Pairs {
         scene: &Scene,
         soup: &Soup,
         sky: &Sky,
+        suns: &[Light],
         trace: bool,
         settings: &Settings,
     ) -> Result<Self> {
@@ -85,7 +87,9 @@ impl Pairs {
             true => BLOCKED,
             false => FREE,
         };
-        let budget = settings.samples as usize * settings.sky_images as usize;
+        let share = share_of(sky, suns, scene, soup.origin);
+        let budget =
+            (f64::from(settings.samples) * f64::from(settings.sky_images) * share).ceil() as usize;
         let what = format!("{budget} images of parts of the sky");
         memory::check(&what, PAIR * budget as u64).map_err(|reason| Error::Usage {
             reason,
@@ -173,8 +177,9 @@ impl Pairs {
         scene: &Scene,
         soup: &Soup,
         sky: &Sky,
+        suns: &[Light],
     ) -> Result<Self> {
-        Self::new(context, scene, soup, sky, self.trace, &self.settings)
+        Self::new(context, scene, soup, sky, suns, self.trace, &self.settings)
     }
 
     /// The cells as lights, for the present rotation and scale.
@@ -207,12 +212,13 @@ fn lights_meshes(scene: &Scene) -> bool {
         .any(|object| object.light_map.is_some() && !matches!(object.geometry, Geometry::Rect(_)))
 }
 
+fn middle(object: &Object) -> DVec3 {
+    let [low, high] = object.geometry.mesh().bounds();
+    0.5 * (low + high)
+}
+
 /// How far light runs from the mirrors to the receivers, m: mean distance of their middles.
 fn distance(scene: &Scene) -> f64 {
-    let middle = |object: &Object| {
-        let [low, high] = object.geometry.mesh().bounds();
-        0.5 * (low + high)
-    };
     let mirrors: Vec<DVec3> = scene.specular_objects().map(|(_, o)| middle(o)).collect();
     let receivers: Vec<DVec3> = (scene.objects.iter())
         .filter(|object| object.light_map.is_some())
@@ -222,6 +228,27 @@ fn distance(scene: &Scene) -> f64 {
         .flat_map(|a| receivers.iter().map(|b| a.distance(*b)))
         .collect();
     distances.iter().sum::<f64>() / distances.len().max(1) as f64
+}
+
+/// The share of the sky in the light that meets the mirrors' middles, all channels together.
+fn share_of(sky: &Sky, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
+    let middles: Vec<Vec3> = (scene.specular_objects())
+        .map(|(_, object)| (middle(object) - origin).as_vec3())
+        .collect();
+    let irradiance = |sun: &Light| -> f64 {
+        let falloff = |x: &Vec3| match sun.is_lamp {
+            0 => 1.0,
+            _ => 1.0 / sun.place.distance_squared(*x).max(sun.size * sun.size),
+        };
+        let falloffs: f32 = middles.iter().map(falloff).sum();
+        f64::from(sun.power.element_sum() * falloffs) / middles.len() as f64
+    };
+    let others: f64 = suns.iter().map(irradiance).sum();
+    let of_sky = f64::from(sky.scale) * sky::flux(sky.map);
+    match of_sky + others {
+        0.0 => 1.0,
+        all => of_sky / all,
+    }
 }
 
 /// Parts the suns from the rest: what is bright, and narrower than `variance` on both axes

@@ -283,6 +283,15 @@ impl Division<'_> {
     }
 }
 
+/// Of all its light, on planes that face it, W/m², all channels together.
+pub fn flux(map: &EnvironmentMap) -> f64 {
+    let rows = map.radiance.chunks(map.width as usize).enumerate();
+    let of_row = |(y, row): (usize, &[[f32; 3]])| -> f64 {
+        solid_angle(map, y as u32) * row.iter().map(|&rgb| sum(rgb)).sum::<f64>()
+    };
+    rows.map(of_row).sum()
+}
+
 /// The map itself, or with every pixel many times.
 fn enlarged(map: &EnvironmentMap) -> Cow<'_, EnvironmentMap> {
     let times = |side: u32, least: u32| least.div_ceil(side);

@@ -79,7 +79,7 @@ impl DeviceScene {
             }
             match &self.pairs {
                 Some(pairs) if another_sky => {
-                    self.pairs = Some(pairs.for_sky(context, scene, &self.soup, sky)?);
+                    self.pairs = Some(pairs.for_sky(context, scene, &self.soup, sky, &suns)?);
                 }
                 Some(pairs) => {
                     let patches = match stale || !moved.is_empty() {

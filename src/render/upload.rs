@@ -124,7 +124,7 @@ impl DeviceScene {
                     .any(|object| object.light_map.is_some())
             })
             .filter(|_| scene.specular_objects().next().is_some())
-            .map(|sky| Pairs::new(context, scene, &soup, sky, trace, settings))
+            .map(|sky| Pairs::new(context, scene, &soup, sky, &suns, trace, settings))
             .transpose()?;
         if let (Some(pairs), Some(sky)) = (&pairs, &environment) {
             suns.extend(pairs.suns_of(sky));
