@@ -57,11 +57,23 @@ vec3 look_up(sampler2D map, vec2 tile, vec2 size, vec2 texel) {
     return textureLod(map, clamp(texel, low, high) / vec2(textureSize(map, 0)), 0.0).rgb;
 }
 
+// The point of the curved surface that a triangle stands for: where each corner's plane has the triangle behind it, above
+// that by as much as the corner counts (Hanika 2021, "Hacking the Shadow Terminator"). Rays that start there do not meet
+// the neighbours of a triangle that its interpolated normal turns to the light.
+vec3 above(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
+    vec3 from = x - triangle.position;
+    return x
+        - (1.0 - weights.x - weights.y) * min(dot(from, corner.n0), 0.0) * corner.n0
+        - weights.x * min(dot(from - triangle.edge1, corner.n1), 0.0) * corner.n1
+        - weights.y * min(dot(from - triangle.edge2, corner.n2), 0.0) * corner.n2;
+}
+
 vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, uint pixel_sample) {
     uint all = push.side * push.side;
     uint rays = (SUN_RAYS + all - 1) / all;
+    vec3 lit = above(triangles[self], normals[self], x, weights);
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, x, n, self, pixel_sample, rays, all);
+    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, lit, n, self, pixel_sample, rays, all);
     if (object.receiver != NO_RECEIVER) {
         vec2 tile, size, texel;
         if (object.is_curved != 0) {
@@ -78,7 +90,7 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, 
         sum += look_up(light_map, tile, size, texel);
         if (push.has_environment != 0) sum += look_up(direct_map, tile, size, texel);
     } else if (push.has_environment != 0) {
-        sum += direct_environment(x, n, self, 0, 1, ENVIRONMENT_RAYS, push.rotation);
+        sum += direct_environment(lit, n, self, 0, 1, ENVIRONMENT_RAYS, push.rotation);
     }
     return sum;
 }
