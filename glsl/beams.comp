@@ -71,7 +71,7 @@ float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
     float determinant = cross2(side1, side2);
     vec3 dx = patch_.edge1 * side2.y - patch_.edge2 * side1.y; // times the determinant
     vec3 dy = patch_.edge2 * side1.x - patch_.edge1 * side2.x;
-    return length(dx) * length(dy) / (2.0 * patch_.area * abs(determinant));
+    return length(dx) * length(dy) / (length(cross(patch_.edge1, patch_.edge2)) * abs(determinant));
 }
 
 // The light of `flux` in W that `patch_` throws on a receiver, if any: mirrored for ratio 0, else refracted.
@@ -125,7 +125,7 @@ void main() {
             Patch part = patch_;
             if (cut < push.receiver_count) part = part_before(patch_, receivers[cut]);
             vec3 flux[2];
-            if (flux_of(part, light, sun, ratio, flux)) {
+            if (flux_of(part, light, sun_at(light, part.position), ratio, flux)) {
                 for (uint lobe = 0; lobe < push.lobes; lobe++) {
                     if (flux[lobe] == vec3(0.0)) continue;
                     for (uint index = 0; index < push.receiver_count; index++) {

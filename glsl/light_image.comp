@@ -192,12 +192,18 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     edge.y += abs(shear) * edge.x;
     vec2 low = vec2(FAR);
     vec2 high = vec2(-FAR);
-    vec2 inside = vec2(dot(middle, normal), -dot(r, m) - 0.1 * GRAZING);
+    vec2 inside = vec2(dot(middle, normal), -dot(r, m)) - 0.1 * GRAZING;
     for (int i = 0; i < 10; i++) {
         vec3 s = toward(sky, edge * vec2(0.5 * float(i % 5) - 1.0, i < 5 ? -1.0 : 1.0));
         float outside = dot(s, normal) - 0.1 * GRAZING;
-        if (outside < 0.0) s = mix(middle, s, (inside.x - 0.1 * GRAZING) / (inside.x - outside));
+        if (outside < 0.0) s = mix(middle, s, inside.x / (inside.x - outside));
         s = sent(ratio > 0.0 ? normalize(s) : s, normal, ratio);
+        if (s == vec3(0.0)) {
+            // Totally reflected: somewhere before, it goes anywhere.
+            low = vec2(-FAR);
+            high = vec2(FAR);
+            break;
+        }
         outside = -dot(s, m) - 0.1 * GRAZING;
         if (outside < 0.0) s = mix(r, s, inside.y / (inside.y - outside));
         vec2 place = texel_direction(receiver, s * (height / max(-dot(s, m), 1e-6))) * scale;
@@ -256,8 +262,8 @@ void main() {
                 patch_ = patches[members.x];
                 ratio = turn_toward(patch_, beyond);
             }
-            int lit = -1;
             for (uint lobe = 0; lobe < (ratio > 0.0 ? 2 : 1); lobe++) {
+                int lit = -1;
                 for (uint index = 0; index < push.receiver_count; index++) {
                     LightImage image;
                     if (image_on(patch_, light, ratio, lobe == 1, index, lit, image)) images[first_slot + count++] = image;

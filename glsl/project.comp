@@ -250,14 +250,15 @@ void main() {
         do {
             Patch part = patch_;
             if (cut < push.receiver_count) part = part_before(patch_, receivers[cut]);
+            Sun here = sun_at(light, part.position);
             vec3 flux[2];
-            if (throws && flux_of(part, light, sun, ratio, flux)) {
+            if (throws && flux_of(part, light, here, ratio, flux)) {
                 for (uint lobe = 0; lobe < push.lobes; lobe++) {
                     if (flux[lobe] == vec3(0.0)) continue;
                     for (uint index = 0; index < push.receiver_count; index++) {
                         if (push.merged == 0 ? !is_due(patch_, index, cut) : is_imaged && !touches(patch_, receivers[index])) continue;
                         Footprint found[2];
-                        uint more = project(part, light, sun, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
+                        uint more = project(part, light, here, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
                         uint slot = first_slot + count;
                         if (more > 0) footprints[slot] = found[0];
                         if (more > 1) footprints[slot + 1] = found[1];

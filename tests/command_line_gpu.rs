@@ -91,7 +91,7 @@ fn bad_options_exit_with_2_and_write_nothing() {
             ("--samples=0", "--samples"),
             ("--samples=-5", "--samples"),
             ("--samples=9999999999", "--samples"),
-            ("--sky-parts=0", "--sky-parts"),
+            ("--sky-parts=7", "--sky-parts"),
             ("--sky-images=0", "--sky-images"),
             ("--lightmap=0", "8192"),
             ("--lightmap=100000", "8192"),

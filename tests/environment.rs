@@ -87,8 +87,8 @@ fn images_and_parts_are_settings() {
     assert!(usual.pixels == map(4096, 4, 1024).pixels);
     let truth = image(&solve(&scene, "floor", [64, 64], &options(0.02)));
     let [usual, more, few] =
-        [usual, map(4096, 16, 4096), map(4096, 4, 6)].map(|map| l1(&map, &truth));
-    println!("L1 {usual}, with more images {more}, with 6 parts {few}");
+        [usual, map(4096, 16, 4096), map(4096, 4, 8)].map(|map| l1(&map, &truth));
+    println!("L1 {usual}, with more images {more}, with 8 parts {few}");
     assert!(more < 0.9 * usual && few > 1.5 * usual);
 }
 

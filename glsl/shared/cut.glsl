@@ -34,7 +34,7 @@ bool is_due(Patch patch_, uint index, uint cut) {
     return cut < push.receiver_count ? index == cut : !goes_behind(corner_heights(patch_, receivers[index]));
 }
 
-// What lies before the receiver of a patch that it cuts: the triangle of the same area, centroid and covariance.
+// What lies before the receiver of a patch that it cuts: the triangle of the same centroid and covariance, with its area.
 Patch part_before(Patch patch_, Receiver receiver) {
     vec3 heights = corner_heights(patch_, receiver);
     // The plane parts one corner, with the tip of the patch, from the two others.

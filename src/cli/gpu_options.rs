@@ -36,11 +36,12 @@ pub struct GpuOptions {
     /// WIDTHxHEIGHT
     #[arg(long)]
     lightmap: Option<LightMapSize>,
-    /// footprint: parts that an environment is cut into, at most
+    /// footprint: parts that an environment is cut into, at most; 8 or more
     #[arg(long, default_value_t = Settings::default().sky_parts,
-          value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+          value_parser = clap::value_parser!(u32).range(8..=1_000_000))]
     sky_parts: u32,
-    /// footprint: images of a part of an environment in a patch, for every sample
+    /// footprint: images of a part of an environment in a patch, about so many for every sample times the
+    /// environment's share of all light
     #[arg(long, default_value_t = Settings::default().sky_images,
           value_parser = clap::value_parser!(u32).range(1..=1000))]
     sky_images: u32,

@@ -87,9 +87,10 @@ pub struct Settings {
     pub method: Method,
     /// Patches asked for on the mirrors' lit faces (at least one a triangle is made), or points.
     pub samples: u32,
-    /// `footprint`: parts that an environment is cut into, at most.
+    /// `footprint`: parts that an environment is cut into, at most; 8 or more are.
     pub sky_parts: u32,
-    /// `footprint`: images of a part of an environment in a patch, for every sample.
+    /// `footprint`: images of a part of an environment in a patch, about so many for every sample, times the
+    /// environment's share of all light in the first frame.
     pub sky_images: u32,
     /// `pinhole`: ε of the form factor's d² + ε, in squared patch diameters.
     pub epsilon: f32,

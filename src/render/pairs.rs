@@ -38,6 +38,8 @@ const MESHES: f64 = 8.0;
 /// Fewest cells, and how many times as many are tried next.
 const FEWEST_CELLS: usize = 8;
 const MORE_CELLS: usize = 2;
+/// Of all images, the sky gets at least this share: light may change.
+const LEAST_SHARE: f64 = 1.0 / 16.0;
 /// Bytes for a pair, at most, measured with a million and four million samples.
 const PAIR: u64 = 400;
 
@@ -87,13 +89,13 @@ impl Pairs {
             true => BLOCKED,
             false => FREE,
         };
-        let share = share_of(sky, suns, scene, soup.origin);
+        let share = share_of(sky, suns, scene, soup.origin).max(LEAST_SHARE);
         let budget =
             (f64::from(settings.samples) * f64::from(settings.sky_images) * share).ceil() as usize;
         let what = format!("{budget} images of parts of the sky");
         memory::check(&what, PAIR * budget as u64).map_err(|reason| Error::Usage {
             reason,
-            remedy: "free some memory, or ask for fewer samples".into(),
+            remedy: "free some memory, or ask for fewer samples or --sky-images".into(),
         })?;
         let steps = |first: usize, factor: usize| {
             std::iter::successors(Some(first), move |count| Some(count * factor))
@@ -102,7 +104,11 @@ impl Pairs {
             .take_while(|&patches| patches == FEWEST || patches <= budget / FEWEST_CELLS)
             .collect();
         let distance = distance(scene);
-        let most_cells = (settings.sky_parts as usize).min(FEWEST_CELLS.max(budget / FEWEST));
+        // Every object has patches of its own.
+        let fewest = FEWEST.max(scene.specular_objects().count());
+        let most_cells = (settings.sky_parts as usize)
+            .min(budget / fewest)
+            .max(FEWEST_CELLS);
         let cell_counts: Vec<usize> = steps(FEWEST_CELLS, MORE_CELLS)
             .take_while(|&cells| cells < most_cells)
             .chain([most_cells])
@@ -230,15 +236,20 @@ fn distance(scene: &Scene) -> f64 {
     distances.iter().sum::<f64>() / distances.len().max(1) as f64
 }
 
-/// The share of the sky in the light that meets the mirrors' middles, all channels together.
+/// The share of the sky in the light that meets the mirrors, all channels together, wherever it comes from. Of a lamp it is
+/// that of the middle, or half a diagonal from it.
 fn share_of(sky: &Sky, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
-    let middles: Vec<Vec3> = (scene.specular_objects())
-        .map(|(_, object)| (middle(object) - origin).as_vec3())
+    let middles: Vec<(Vec3, f32)> = (scene.specular_objects())
+        .map(|(_, object)| {
+            let [low, high] = object.geometry.mesh().bounds();
+            let near = 0.25 * low.distance_squared(high);
+            ((middle(object) - origin).as_vec3(), near as f32)
+        })
         .collect();
     let irradiance = |sun: &Light| -> f64 {
-        let falloff = |x: &Vec3| match sun.is_lamp {
+        let falloff = |(x, near): &(Vec3, f32)| match sun.is_lamp {
             0 => 1.0,
-            _ => 1.0 / sun.place.distance_squared(*x).max(sun.size * sun.size),
+            _ => 1.0 / sun.place.distance_squared(*x).max(*near),
         };
         let falloffs: f32 = middles.iter().map(falloff).sum();
         f64::from(sun.power.element_sum() * falloffs) / middles.len() as f64

@@ -90,7 +90,7 @@ pub struct DeviceScene {
 impl DeviceScene {
     /// Uploads `scene`.
     ///
-    /// # Errors
+    /// [`Error::Usage`] where there is nothing to light, the light maps do not fit, or there is no memory for a sky's images,
     /// [`Error::Usage`] where there is nothing to light or the light maps do not fit,
     /// [`Error::Device`] where the device's memory does not suffice.
     pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
