@@ -53,7 +53,7 @@ fn shipped_scenes_load_without_a_warning() {
         assert!(loaded.scene.receivers().count() > 0);
         count += 1;
     }
-    assert_eq!(count, 12);
+    assert_eq!(count, 13);
 }
 
 const LAMP: &str = "\
