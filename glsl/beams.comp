@@ -119,11 +119,10 @@ void main() {
         float ratio = turn_toward(patch_, sun.direction);
         uint first_slot = local * push.lobes * push.receiver_count;
         // The patch on all receivers that leave it whole, then its part before each that cuts it.
-        uint cut = push.receiver_count;
-        uint next = 0;
+        int cut = -1;
         do {
             Patch part = patch_;
-            if (cut < push.receiver_count) part = part_before(patch_, receivers[cut]);
+            if (cut >= 0) part = part_before(patch_, receivers[cut]);
             vec3 flux[2];
             if (flux_of(part, light, sun_at(light, part.position), ratio, flux)) {
                 for (uint lobe = 0; lobe < push.lobes; lobe++) {
@@ -135,9 +134,8 @@ void main() {
                     }
                 }
             }
-            cut = next_cut(patch_, next);
-            next = cut + 1;
-        } while (cut < push.receiver_count);
+            cut = next_cut(patch_, cut + 1);
+        } while (cut < int(push.receiver_count));
     }
     count_slots(push.pair_count, count);
 }

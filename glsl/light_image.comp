@@ -34,7 +34,6 @@ layout(push_constant) uniform LightImagePush {
 #include "kernel.glsl"
 #include "flux.glsl"
 #include "slots.glsl"
-#include "refracted_sky.glsl"
 
 // Least cosine at the patch and the receiver for which light is followed.
 const float GRAZING = 0.01;

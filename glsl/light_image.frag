@@ -1,7 +1,8 @@
 // light_image: irradiance at the texel's centre from the patch, which mirrors or refracts an even part of the sky.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "refracted_sky.glsl"
+#include "layout.glsl"
+#include "optics.glsl"
 
 layout(location = 0) in flat vec4 foot_and_size;
 layout(location = 1) in flat vec4 ahead_and_sharp;
@@ -35,11 +36,8 @@ void main() {
     float u = (dot(east_and_sharp.xyz, q) * inverse + normal_and_ratio.y * bend) / max(forward, 1e-9);
     float v = dot(up_and_shear.xyz, q) * inverse + normal_and_ratio.z * bend - cosine_and_sine.w - up_and_shear.w * u;
     float seen = forward > 0.0 ? box_at(u, ahead_and_sharp.w) * box_at(v, east_and_sharp.w) : 0.0;
-    // What the surface reflects, of unpolarised light (Fresnel): nothing for ratio 1.
-    float before = bend + cosine / ratio;
-    float across = (ratio * before - cosine) / (ratio * before + cosine + 1e-9);
-    float along = (before - ratio * cosine) / (before + ratio * cosine + 1e-9);
-    float reflected = 0.5 * (across * across + along * along);
+    // Fresnel's equations are the same from either side. Nothing for ratio 1.
+    float reflected = fresnel_dielectric(cosine, 1.0 / ratio);
     float share = mix(1.0 - reflected, reflected, radiance_and_reflects.w);
     irradiance = vec4(radiance_and_reflects.xyz * (seen * share * cosine * inverse * inverse * inverse), 0.0);
 }

@@ -239,24 +239,23 @@ void main() {
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
         // The sky is a matter of light_image where the patch does not touch the receiver.
-        bool is_imaged = push.merged != 0;
-        bool throws = !is_imaged;
+        bool throws = push.merged == 0;
         for (uint index = 0; index < push.receiver_count && !throws; index++) throws = touches(patch_, receivers[index]);
         uint first_slot = local * 2 * push.lobes * push.receiver_count;
         // The patch on all receivers that leave it whole, then its part before each that cuts it. The triangle of a
         // merged patch stands for another shape, and is not cut.
-        uint cut = push.receiver_count;
-        uint next = push.merged != 0 ? push.receiver_count : 0;
+        int cut = -1;
         do {
             Patch part = patch_;
-            if (cut < push.receiver_count) part = part_before(patch_, receivers[cut]);
+            if (cut >= 0) part = part_before(patch_, receivers[cut]);
             Sun here = sun_at(light, part.position);
             vec3 flux[2];
             if (throws && flux_of(part, light, here, ratio, flux)) {
                 for (uint lobe = 0; lobe < push.lobes; lobe++) {
                     if (flux[lobe] == vec3(0.0)) continue;
                     for (uint index = 0; index < push.receiver_count; index++) {
-                        if (push.merged == 0 ? !is_due(patch_, index, cut) : is_imaged && !touches(patch_, receivers[index])) continue;
+                        bool is_lit = push.merged == 0 ? is_due(patch_, index, cut) : touches(patch_, receivers[index]);
+                        if (!is_lit) continue;
                         Footprint found[2];
                         uint more = project(part, light, here, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
                         uint slot = first_slot + count;
@@ -266,9 +265,8 @@ void main() {
                     }
                 }
             }
-            cut = next_cut(patch_, next);
-            next = cut + 1;
-        } while (cut < push.receiver_count);
+            cut = push.merged == 0 ? next_cut(patch_, cut + 1) : int(push.receiver_count);
+        } while (cut < int(push.receiver_count));
     }
     count_slots(push.pair_count, count);
 }

@@ -3,12 +3,12 @@
 mod common;
 
 use common::{
-    Device, assert_error, assert_physical, brighter, flux, footprint, load, method, object_mut,
-    options, rect, scaled, solve,
+    Device, assert_error, assert_physical, brighter, flux, footprint, load, method, moved, options,
+    rect, scaled, solve,
 };
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use nephroid::render::{Method, Renderer, Settings};
-use nephroid::scene::{Scene, Similarity};
+use nephroid::scene::Scene;
 
 /// A mean error of a few per cent a texel is one of much less in the sum.
 const REFERENCE_ERROR: f64 = 0.01;
@@ -92,13 +92,7 @@ fn ring() {
 /// It stands 0.11 m deep in the floor, which cuts triangles 0.025 m high.
 #[test]
 fn ring_in_the_floor() {
-    let mut scene = load("ring.toml");
-    let ring = object_mut(&mut scene, "ring");
-    ring.geometry = ring.geometry.moved(&Similarity {
-        scale: 1.0,
-        rotation: DMat3::IDENTITY,
-        shift: DVec3::new(0.0, -0.11, 0.0),
-    });
+    let scene = moved(load("ring.toml"), "ring", 0.0, DVec3::new(0.0, -0.11, 0.0));
     scene_keeps_the_energy("ring in the floor", &scene);
 }
 

@@ -3,13 +3,14 @@
 mod common;
 
 use common::{
-    Device, assert_error, footprint, image, load, method, object_mut, only_receiver, options, solve,
+    Device, assert_error, footprint, image, load, method, moved, object_mut, only_receiver,
+    options, solve,
 };
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use nephroid::image_file::RgbImage;
 use nephroid::measure::SequenceMeter;
 use nephroid::render::{Method, Renderer, Settings};
-use nephroid::scene::{EnvironmentMap, Geometry, LightKind, Scene, Similarity};
+use nephroid::scene::{EnvironmentMap, Geometry, LightKind, Scene};
 use std::sync::Arc;
 
 /// The ring's floor at a low resolution.
@@ -23,18 +24,6 @@ fn pool() -> Scene {
     if let Geometry::Waves(waves) = &mut object_mut(&mut scene, "water").geometry {
         waves.quads = [32, 32];
     }
-    scene
-}
-
-/// The scene with an object turned about the y axis, rad, and moved, m.
-fn moved(mut scene: Scene, object: &str, angle: f64, shift: DVec3) -> Scene {
-    let by = Similarity {
-        scale: 1.0,
-        rotation: DMat3::from_rotation_y(angle),
-        shift,
-    };
-    let object = object_mut(&mut scene, object);
-    object.geometry = object.geometry.moved(&by);
     scene
 }
 

@@ -21,17 +21,17 @@ bool goes_behind(vec3 heights) {
 }
 
 // The first receiver from number `index` on that cuts the patch in two, or receiver_count.
-uint next_cut(Patch patch_, uint index) {
-    for (; index < push.receiver_count; index++) {
+int next_cut(Patch patch_, int index) {
+    for (; index < int(push.receiver_count); index++) {
         vec3 heights = corner_heights(patch_, receivers[index]);
         if (highest(heights) > 0.0 && goes_behind(heights)) break;
     }
     return index;
 }
 
-// Whether a receiver is lit by the part before number `cut`, or by the whole patch if there is no such receiver.
-bool is_due(Patch patch_, uint index, uint cut) {
-    return cut < push.receiver_count ? index == cut : !goes_behind(corner_heights(patch_, receivers[index]));
+// Whether a receiver is lit by the part before number `cut`, or by the whole patch where that is -1.
+bool is_due(Patch patch_, uint index, int cut) {
+    return cut >= 0 ? int(index) == cut : !goes_behind(corner_heights(patch_, receivers[index]));
 }
 
 // What lies before the receiver of a patch that it cuts: the triangle of the same centroid and covariance, with its area.

@@ -39,6 +39,14 @@ vec3 sent_change(vec3 s, vec3 n, vec3 ds, vec3 dn, float ratio) {
     return -ratio * ds + (ratio * change - beyond_change) * n + (ratio * cosine - beyond) * dn;
 }
 
+// Light that goes on along q, at `cosine` to the normal, came from the direction
+// bend_at() n - q / ratio, `ratio` the index of refraction before the surface over that beyond. 0 where there is no surface:
+// ratio 1.
+float bend_at(float cosine, float ratio) {
+    float before = sqrt(max(1.0 - (1.0 - cosine * cosine) / (ratio * ratio), 0.0));
+    return before - cosine / ratio;
+}
+
 // Share of unpolarised light that a surface between two transparent media reflects.
 float fresnel_dielectric(float cosine, float ratio) {
     float square = 1.0 - ratio * ratio * (1.0 - cosine * cosine);

@@ -69,7 +69,7 @@ impl Merged {
             }
             roots.push(first..pieces.len());
         }
-        let sums: Vec<Sums> = (pieces.par_iter()).map(|piece| piece.sums(soup)).collect();
+        let sums = sums_of_pieces(&pieces, soup);
         let cells = (0..ways)
             .into_par_iter()
             .map(|way| split(&points(&sums, way, distance), &roots, counts))
@@ -79,7 +79,7 @@ impl Merged {
 
     /// By division, m²: mean variance of where the light of a patch's points ends up.
     pub fn variances(&self, soup: &Soup, distance: f64) -> Vec<f64> {
-        let sums = self.sums(soup);
+        let sums = sums_of_pieces(&self.pieces, soup);
         let total: f64 = sums.iter().map(|sums| sums.area).sum();
         let points = points(&sums, 0, distance);
         let cells = &self.cells[0];
@@ -97,8 +97,9 @@ impl Merged {
     }
 
     /// Settles which patches are wanted: those of some divisions and ways, one after the other.
-    pub fn want(&self, soup: &Soup, kinds: Vec<[usize; 2]>) -> Wanted {
-        let sums = self.sums(soup);
+    /// With these patches.
+    pub fn want(&self, soup: &Soup, kinds: Vec<[usize; 2]>) -> (Wanted, Vec<Patch>) {
+        let sums = sums_of_pieces(&self.pieces, soup);
         let all = self.sums_of(&sums, &kinds);
         let middle = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
             let middle = all.x / all.area;
@@ -115,12 +116,18 @@ impl Merged {
                     .collect()
             })
             .collect();
-        Wanted { kinds, middles }
+        let wanted = Wanted { kinds, middles };
+        let patches = self.patches_from(&all, soup, &wanted);
+        (wanted, patches)
     }
 
     /// Those, as the surfaces are now.
     pub fn patches(&self, soup: &Soup, wanted: &Wanted) -> Vec<Patch> {
-        let all = self.sums_of(&self.sums(soup), &wanted.kinds);
+        let all = self.sums_of(&sums_of_pieces(&self.pieces, soup), &wanted.kinds);
+        self.patches_from(&all, soup, wanted)
+    }
+
+    fn patches_from(&self, all: &[Vec<Sums>], soup: &Soup, wanted: &Wanted) -> Vec<Patch> {
         let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&wanted.middles))
             .map(|(all, middles)| {
                 (all.iter().zip(middles))
@@ -129,12 +136,6 @@ impl Merged {
             })
             .collect();
         patches.concat()
-    }
-
-    fn sums(&self, soup: &Soup) -> Vec<Sums> {
-        (self.pieces.par_iter())
-            .map(|piece| piece.sums(soup))
-            .collect()
     }
 
     /// By kind, the sums over the pieces of each cell.
@@ -172,6 +173,10 @@ impl Merged {
         }
         all
     }
+}
+
+fn sums_of_pieces(pieces: &[Piece], soup: &Soup) -> Vec<Sums> {
+    pieces.par_iter().map(|piece| piece.sums(soup)).collect()
 }
 
 /// Patches that are wanted.

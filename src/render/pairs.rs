@@ -156,8 +156,7 @@ impl Pairs {
             }
         }
         let lights = lights_of(&cells, sky);
-        let wanted = merged.want(soup, kinds);
-        let patches = merged.patches(soup, &wanted);
+        let (wanted, patches) = merged.want(soup, kinds);
         Ok(Self {
             lights: Buffer::with_data(context, "sky cells", &lights)?,
             patches: Buffer::with_data(context, "merged patches", &patches)?,
@@ -218,13 +217,15 @@ fn lights_meshes(scene: &Scene) -> bool {
         .any(|object| object.light_map.is_some() && !matches!(object.geometry, Geometry::Rect(_)))
 }
 
-fn middle(object: &Object) -> DVec3 {
+/// Middle and radius of the sphere around an object's bounding box, m.
+fn sphere_around(object: &Object) -> (DVec3, f64) {
     let [low, high] = object.geometry.mesh().bounds();
-    0.5 * (low + high)
+    (0.5 * (low + high), 0.5 * low.distance(high))
 }
 
 /// How far light runs from the mirrors to the receivers, m: mean distance of their middles.
 fn distance(scene: &Scene) -> f64 {
+    let middle = |object: &Object| sphere_around(object).0;
     let mirrors: Vec<DVec3> = scene.specular_objects().map(|(_, o)| middle(o)).collect();
     let receivers: Vec<DVec3> = (scene.objects.iter())
         .filter(|object| object.light_map.is_some())
@@ -241,9 +242,8 @@ fn distance(scene: &Scene) -> f64 {
 fn share_of(sky: &Sky, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
     let middles: Vec<(Vec3, f32)> = (scene.specular_objects())
         .map(|(_, object)| {
-            let [low, high] = object.geometry.mesh().bounds();
-            let near = 0.25 * low.distance_squared(high);
-            ((middle(object) - origin).as_vec3(), near as f32)
+            let (middle, radius) = sphere_around(object);
+            ((middle - origin).as_vec3(), (radius * radius) as f32)
         })
         .collect();
     let irradiance = |sun: &Light| -> f64 {

@@ -8,13 +8,15 @@ pub mod folder;
 pub mod run;
 
 use assert_cmd::Command;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use nephroid::gpu::{Context, ContextOptions, Messages};
 use nephroid::image_file::RgbImage;
 use nephroid::measure;
 use nephroid::reference::{Options, Reference, caustic};
 use nephroid::render::{Method, Renderer, Settings};
-use nephroid::scene::{self, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene};
+use nephroid::scene::{
+    self, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Similarity,
+};
 use predicates::prelude::*;
 use predicates::str::contains;
 use std::f64::consts::TAU;
@@ -104,6 +106,18 @@ pub fn shifted_by_a_texel(mut scene: Scene, receiver: &str) -> Scene {
     if let Geometry::Rect(rect) = &mut object.geometry {
         rect.origin += rect.edge_u / f64::from(width);
     }
+    scene
+}
+
+/// The scene with an object turned about the y axis, rad, and moved, m.
+pub fn moved(mut scene: Scene, object: &str, angle: f64, shift: DVec3) -> Scene {
+    let by = Similarity {
+        scale: 1.0,
+        rotation: DMat3::from_rotation_y(angle),
+        shift,
+    };
+    let object = object_mut(&mut scene, object);
+    object.geometry = object.geometry.moved(&by);
     scene
 }
 
