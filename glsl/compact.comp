@@ -13,8 +13,8 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
 layout(std430, binding = 2) writeonly buffer Quads { uint quads[]; }; // indices of splat's vertices
-// VkDrawIndexedIndirectCommand, then the numbers of footprints and of lit pairs
-layout(std430, binding = 3) writeonly buffer Arguments { uint arguments[7]; };
+// VkDrawIndexedIndirectCommand, then the numbers of footprints and of lit pairs of all batches of the frame
+layout(std430, binding = 3) buffer Arguments { uint arguments[7]; };
 layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
 layout(std430, binding = 5) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
 // VkDispatchIndirectCommand by the level that is added to
@@ -23,6 +23,7 @@ layout(push_constant) uniform CompactPush {
     uint pair_count;
     uint slots;          // of a pair
     uint receiver_count;
+    uint rows;           // of a step of resolve, at most
 } push;
 
 #include "receiver.glsl"
@@ -74,8 +75,8 @@ void main() {
         arguments[2] = 0;
         arguments[3] = 0;
         arguments[4] = 0;
-        arguments[5] = total.x;
-        arguments[6] = total.y;
+        arguments[5] += total.x;
+        arguments[6] += total.y;
 
         uint used = 0;
         uvec2 largest = uvec2(0);
@@ -87,7 +88,7 @@ void main() {
             uvec2 threads = ((largest - 1) >> level) + 3;
             bool needed = used >> (level + 1) != 0;
             steps[3 * level] = needed ? (threads.x + GROUP - 1) / GROUP : 0;
-            steps[3 * level + 1] = threads.y;
+            steps[3 * level + 1] = min(threads.y, push.rows);
             steps[3 * level + 2] = push.receiver_count;
         }
     }

@@ -10,11 +10,12 @@ layout(std430, binding = 1) readonly buffer AtlasTexels { AtlasTexel atlas_texel
 layout(binding = 2, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform DilatePush {
     uint curved;         // index
+    uint first_row;
 } push;
 
 void main() {
     Curved receiver = curved[push.curved];
-    uvec2 texel = gl_GlobalInvocationID.xy;
+    uvec2 texel = gl_GlobalInvocationID.xy + uvec2(0, push.first_row);
     if (texel.x >= receiver.width || texel.y >= receiver.height) return;
     AtlasTexel own = atlas_texels[receiver.first_texel + texel.y * receiver.width + texel.x];
     // Sources are in charts, so none is written.

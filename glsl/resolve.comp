@@ -10,6 +10,7 @@ layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // by rec
 layout(binding = 2, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform ResolvePush {
     int level;           // that is added to
+    int first_row;       // of it, the texels around it included
 } push;
 
 #include "receiver.glsl"
@@ -21,7 +22,7 @@ void main() {
     Level wide = level_of(receivers[index], push.level + 1);
     int around = push.level > 0 ? 1 : 0;
     ivec2 size = fine.size + 2 * around;
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy) - around;
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first_row) - around;
     if (any(greaterThanEqual(texel, size - around))) return;
     // Three quarters of the texel that this one lies in, a quarter of the nearest beside it.
     ivec2 near = texel >> 1;

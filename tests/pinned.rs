@@ -55,7 +55,10 @@ fn light_maps_keep_their_bits() {
     let pinned = std::fs::read_to_string(FILE).unwrap_or_default();
     let is_written = std::env::var_os("NEPHROID_PIN").is_some();
     if !is_written && pinned.lines().next() != Some(&machine) {
-        println!("not compared: this is {machine}, pinned is {:?}", pinned.lines().next());
+        println!(
+            "not compared: this is {machine}, pinned is {:?}",
+            pinned.lines().next()
+        );
         return;
     }
     let mut found = machine + "\n";

@@ -6,7 +6,7 @@ use super::timeline::{Shot, Timeline, each_frame, numbered};
 use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json};
 use clap::Args;
 use indicatif::ProgressBar;
-use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime};
+use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
 use nephroid::render::{Area, Method, Renderer, Settings};
@@ -168,6 +168,8 @@ pub struct Report {
     pub update: Option<Spread>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub passes: Option<Vec<PassProfile>>,
+    /// Of the frames that were timed: most in one, and the longest.
+    pub submissions: Submissions,
     /// Of a sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<Vec<FrameReport>>,
@@ -255,6 +257,7 @@ impl GpuOptions {
         job: &impl Job,
     ) -> Result<Report> {
         let mut profiles = Vec::new();
+        let mut submissions = Submissions::default();
         let frames = each_frame(shots, cancel_on_ctrl_c(), |shot| {
             let start = Instant::now();
             session.show(shot.time)?;
@@ -262,6 +265,7 @@ impl GpuOptions {
             let (renderer, scene) = (&mut session.renderer, &session.scene);
             job.render(renderer, scene)?;
             let seconds = start.elapsed().as_secs_f64();
+            submissions = submissions.max(renderer.submissions());
             if self.profile {
                 profiles.push(times_of_passes(renderer, |r| job.render(r, scene))?);
             }
@@ -286,6 +290,7 @@ impl GpuOptions {
             frame: spread(|frame| frame.seconds),
             update: Some(spread(|frame| frame.update)),
             passes: self.profile.then(|| profile(&profiles)),
+            submissions,
             frames: Some(frames),
         };
         session.finish()?;
@@ -312,6 +317,7 @@ impl GpuOptions {
         // The first frame pays for what drivers put off, so it is not the one that is timed.
         frame(renderer)?;
         let mut times = Vec::new();
+        let mut submissions = Submissions::default();
         let mut passes = None;
         if self.profile {
             let bar = ProgressBar::new((WARM_UP + 2 * FRAMES) as u64);
@@ -323,6 +329,7 @@ impl GpuOptions {
                 let start = Instant::now();
                 frame(renderer)?;
                 times.push(start.elapsed().as_secs_f64());
+                submissions = submissions.max(renderer.submissions());
                 bar.inc(1);
             }
             let mut frames = Vec::new();
@@ -336,6 +343,7 @@ impl GpuOptions {
             let start = Instant::now();
             frame(renderer)?;
             times.push(start.elapsed().as_secs_f64());
+            submissions = renderer.submissions();
         }
         let report = Report {
             file: file.to_owned(),
@@ -344,6 +352,7 @@ impl GpuOptions {
             frame: Spread::of(&times),
             update: None,
             passes,
+            submissions,
             frames: None,
         };
         let image = job.read(&session.renderer)?;
@@ -419,6 +428,11 @@ impl Report {
             );
         }
         row("whole frame", &self.frame, 1.0, None);
+        let Submissions { count, longest } = self.submissions;
+        print(&format!(
+            "submissions of a frame: {count}; the longest {:.1} ms",
+            1e3 * longest
+        ));
         print("passes: submitted one by one, wall time; whole frame: in one submission");
     }
 }

@@ -320,6 +320,8 @@ pub struct Image {
 /// Four f32 a texel.
 const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 const TEXEL_BYTES: u64 = 16;
+/// Bytes of an image that one submission copies to the host, or one row.
+const BAND_BYTES: u64 = 64 << 20;
 
 impl Image {
     pub const FORMAT: vk::Format = FORMAT;
@@ -501,16 +503,24 @@ impl Image {
             inside(0) && inside(1),
             "{extent:?} texels at {offset:?} are read from an image of {size:?}"
         );
-        let bytes = u64::from(extent[0]) * u64::from(extent[1]) * TEXEL_BYTES;
+        let row_bytes = u64::from(extent[0]) * TEXEL_BYTES;
+        // No submission runs long, and the host's part of the memory stays small.
+        let rows = ((BAND_BYTES / row_bytes) as u32).clamp(1, extent[1]);
         let context = &self.owned.context;
-        let mut host = Buffer::readback(context, bytes)?;
+        let mut host = Buffer::readback(context, row_bytes * u64::from(rows))?;
         let mut recorder = Recorder::new(context)?;
-        recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
-        recorder.copy_from_image(self, offset, extent, &host);
-        recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
-        recorder.submit()?;
-        Ok(bytemuck::pod_collect_to_vec(
-            &host.mapped()[..bytes as usize],
-        ))
+        let mut texels = Vec::with_capacity(extent[0] as usize * extent[1] as usize);
+        for first in (0..extent[1]).step_by(rows as usize) {
+            let band = [extent[0], rows.min(extent[1] - first)];
+            recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
+            recorder.copy_from_image(self, [offset[0], offset[1] + first], band, &host);
+            recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
+            recorder.submit()?;
+            let bytes = row_bytes as usize * band[1] as usize;
+            texels.extend(bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(
+                &host.mapped()[..bytes],
+            ));
+        }
+        Ok(texels)
     }
 }

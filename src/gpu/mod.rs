@@ -8,6 +8,7 @@ mod device;
 mod host_memory;
 mod instance;
 mod memory;
+mod pace;
 mod pipeline;
 mod pipeline_cache;
 mod recorder;
@@ -20,7 +21,7 @@ pub use device::{DeviceInfo, list_devices};
 pub use host_memory::keep_freed_memory;
 pub use memory::{Buffer, Image, Sampling, Staging, Write};
 pub use pipeline::{Pipeline, Resource, Topology};
-pub use recorder::{Access, PassTime, Recorder};
+pub use recorder::{Access, PassTime, Progress, Recorder, Submissions, Watcher};
 pub use shader::{Shader, StructLayout, shaders};
 pub use validation::Messages;
 

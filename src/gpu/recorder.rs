@@ -2,14 +2,16 @@
 
 use super::device::Device;
 use super::memory::{Buffer, Image};
+use super::pace::{Pace, Room};
 use super::timestamps::Timestamps;
 use super::{Context, Pipeline, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
 use std::ffi::CString;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// One side of a barrier: which stages touch memory, and how.
 #[derive(Debug, Clone, Copy)]
@@ -88,6 +90,36 @@ pub struct PassTime {
     pub wall: Option<f64>,
 }
 
+/// Submissions of a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Submissions {
+    pub count: u32,
+    /// Wall time of the longest one, from submitting to the end of waiting, s.
+    pub longest: f64,
+}
+
+impl Submissions {
+    /// The larger count and the longer time of two frames.
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            count: self.count.max(other.count),
+            longest: self.longest.max(other.longest),
+        }
+    }
+}
+
+/// How far a long piece of work has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress {
+    /// What is being done, as in `shade`.
+    pub work: &'static str,
+    /// Of it, 0 to 1.
+    pub done: f64,
+}
+
+/// Called after every submission; [`ControlFlow::Break`] stops the work with [`Error::Cancelled`].
+pub type Watcher = Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>;
+
 /// A command buffer that is being recorded, and the fence that [`Recorder::submit`] waits for.
 ///
 /// After a failed submission it begins anew, without what was recorded.
@@ -101,9 +133,12 @@ pub struct Recorder {
     timestamps: Timestamps,
     /// Passes recorded since the last submission.
     open: Vec<&'static str>,
-    /// Passes of the last submission, or where each is submitted on its own, those since
-    /// [`Recorder::take_times`].
+    /// Passes since [`Recorder::begin_frame`].
     times: Vec<PassTime>,
+    submissions: Submissions,
+    pace: Pace,
+    progress: Progress,
+    watcher: Option<Watcher>,
     /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
     refused: Option<Error>,
     wait_each_pass: bool,
@@ -125,6 +160,13 @@ impl Recorder {
             timestamps: Timestamps::new(context),
             open: Vec::new(),
             times: Vec::new(),
+            submissions: Submissions::default(),
+            pace: Pace::default(),
+            progress: Progress {
+                work: "",
+                done: 0.0,
+            },
+            watcher: None,
             refused: None,
             wait_each_pass: false,
         };
@@ -145,11 +187,53 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Submits and waits after every pass, so that [`PassTime::wall`] is known. The times pile up
-    /// until [`Recorder::take_times`], so take them every frame.
+    /// Submits and waits after every pass, so that [`PassTime::wall`] is known.
     pub fn wait_each_pass(&mut self, wait: bool) {
         self.wait_each_pass = wait;
+    }
+
+    /// Calls `watcher` after every submission from now on.
+    pub fn watch(&mut self, watcher: Option<Watcher>) {
+        self.watcher = watcher;
+    }
+
+    /// Times and submissions are counted from here.
+    pub fn begin_frame(&mut self) {
         self.times.clear();
+        self.submissions = Submissions::default();
+    }
+
+    /// Calls `record` with ranges (first, number) of `total` units of work, one after the other, so
+    /// that no submission takes long on this device: submits in between where it would. `first` units are
+    /// cheap enough on the slowest device, and `record` returns how many it took, `number` at most.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so.
+    pub fn in_shares(
+        &mut self,
+        work: &'static str,
+        total: u64,
+        first: u64,
+        mut record: impl FnMut(&mut Self, u64, u64) -> Result<u64>,
+    ) -> Result<()> {
+        let mut done = 0;
+        while done < total {
+            let room = match self.pace.room(work, total - done, first) {
+                Room::Units(units) => units,
+                Room::Full => {
+                    self.submit()?;
+                    continue;
+                }
+            };
+            let units = record(self, done, room)?;
+            self.pace.spend(work, units);
+            done += units;
+            self.progress = Progress {
+                work,
+                done: done as f64 / total as f64,
+            };
+        }
+        Ok(())
     }
 
     fn begin(&mut self) -> Result<()> {
@@ -179,19 +263,21 @@ impl Recorder {
             return self.begin();
         }
         let names = std::mem::take(&mut self.open);
+        let start = Instant::now();
         let result = match self.refused.take() {
             Some(error) => Err(error),
             None => self.run(&names),
         };
+        let wall = start.elapsed();
         if result.is_err() {
             self.timestamps.forget();
         }
+        let learnt = result.is_ok() && !self.wait_each_pass;
+        self.pace.close(learnt.then_some(wall));
         let begun = self.begin();
         let durations = result?;
         begun?;
-        if !self.wait_each_pass {
-            self.times.clear();
-        }
+        self.count_submission(wall);
         for (index, name) in names.into_iter().enumerate() {
             self.times.push(PassTime {
                 name,
@@ -199,7 +285,16 @@ impl Recorder {
                 wall: None,
             });
         }
-        Ok(())
+        let progress = self.progress;
+        match self.watcher.as_mut().map(|watcher| watcher(progress)) {
+            Some(ControlFlow::Break(())) => Err(Error::Cancelled),
+            _ => Ok(()),
+        }
+    }
+
+    fn count_submission(&mut self, wall: Duration) {
+        self.submissions.count += 1;
+        self.submissions.longest = self.submissions.longest.max(wall.as_secs_f64());
     }
 
     /// Runs the command buffer to its end; the durations of its passes, if the queue has
@@ -274,10 +369,14 @@ impl Recorder {
         Ok(())
     }
 
-    /// Times of the passes of the last submission, in order; where each pass is submitted on its
-    /// own, of all since the last call.
+    /// Times of the passes since [`Recorder::begin_frame`], in order.
     pub fn take_times(&mut self) -> Vec<PassTime> {
         std::mem::take(&mut self.times)
+    }
+
+    /// Submissions since [`Recorder::begin_frame`].
+    pub fn submissions(&self) -> Submissions {
+        self.submissions
     }
 
     /// The device, to record a command.
@@ -385,12 +484,26 @@ impl Recorder {
         }
     }
 
+    /// Fills rows of an image with zeros, as a pass of its own.
+    pub fn clear(&mut self, image: &Image, rows: Range<u32>) {
+        self.begin_rendering_rows(image, true, rows);
+        // SAFETY: rendering was begun.
+        unsafe { self.device().cmd_end_rendering(self.commands) };
+    }
+
     fn begin_rendering(&mut self, target: &Image, clear: bool) {
+        self.begin_rendering_rows(target, clear, 0..target.height);
+    }
+
+    fn begin_rendering_rows(&mut self, target: &Image, clear: bool, rows: Range<u32>) {
         let area = vk::Rect2D {
-            offset: vk::Offset2D::default(),
+            offset: vk::Offset2D {
+                x: 0,
+                y: rows.start as i32,
+            },
             extent: vk::Extent2D {
                 width: target.width,
-                height: target.height,
+                height: rows.end - rows.start,
             },
         };
         let viewport = vk::Viewport {
@@ -452,20 +565,6 @@ impl Recorder {
                     bytes,
                 );
             }
-        }
-    }
-
-    /// Fills level 0 of an image with zeros.
-    pub fn clear(&mut self, image: &Image) {
-        // SAFETY: an image in layout GENERAL.
-        unsafe {
-            self.device().cmd_clear_color_image(
-                self.commands,
-                image.handle,
-                vk::ImageLayout::GENERAL,
-                &vk::ClearColorValue { float32: [0.0; 4] },
-                &[color_range(0, 1)],
-            );
         }
     }
 
@@ -551,14 +650,6 @@ impl Recorder {
         // SAFETY: a new image of this device.
         unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
     }
-}
-
-fn color_range(level: u32, levels: u32) -> vk::ImageSubresourceRange {
-    vk::ImageSubresourceRange::default()
-        .aspect_mask(vk::ImageAspectFlags::COLOR)
-        .base_mip_level(level)
-        .level_count(levels)
-        .layer_count(1)
 }
 
 fn image_copy(level: u32, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> vk::BufferImageCopy {

@@ -510,55 +510,40 @@ fn time_frames(
     seconds: f64,
     cancel: &AtomicBool,
 ) -> Result<Timing> {
-    let frame = |renderer: &mut Renderer| -> Result<(f64, Option<f64>, usize)> {
+    let frame = |renderer: &mut Renderer| -> Result<(f64, Option<f64>)> {
         if cancel.load(Ordering::Relaxed) {
             return Err(Error::Cancelled);
         }
         let start = Instant::now();
         renderer.caustic()?;
         let wall = start.elapsed().as_secs_f64();
-        let passes = renderer.take_times();
-        let gpu = passes.iter().map(|pass| pass.gpu).sum();
-        Ok((wall, gpu, passes.len()))
+        Ok((
+            wall,
+            renderer.take_times().iter().map(|pass| pass.gpu).sum(),
+        ))
     };
-    let gpu_time = |times: Vec<Option<f64>>| {
-        let times: Option<Vec<f64>> = times.into_iter().collect();
-        times
-            .filter(|times| times.iter().all(|&time| time > 0.0))
-            .filter(|times| !times.is_empty())
-            .map(|times| Spread::of(&times))
-    };
-    // Pass by pass, to know how many a frame has. This frame also pays for what drivers put off.
-    renderer.wait_each_pass(true);
-    let (mut first, mut gpu, passes) = frame(renderer)?;
+    // This frame also pays for what drivers put off, and for learning what the work costs.
+    let (mut first, mut gpu) = frame(renderer)?;
     if first > ONCE && before.is_none_or(|before| first > COMPILED * before) {
-        (first, gpu, _) = frame(renderer)?;
+        (first, gpu) = frame(renderer)?;
     }
-    renderer.wait_each_pass(false);
-    if first > ONCE {
-        return Ok(Timing {
-            wall: Spread::of(&[first]),
-            gpu: gpu_time(vec![gpu]),
-            frames: 1,
-        });
-    }
-    let frames = (seconds / first).clamp(FRAMES[0], FRAMES[1]) as usize;
-    let (mut walls, mut gpus) = (Vec::new(), Vec::new());
-    for _ in 0..frames {
-        let (wall, gpu, passes_seen) = frame(renderer)?;
-        walls.push(wall);
-        // Of a frame in several submissions only the last one's times are known.
-        gpus.extend((passes_seen == passes).then_some(gpu));
-    }
-    if gpus.is_empty() {
-        renderer.wait_each_pass(true);
-        gpus.push(frame(renderer)?.1);
-        renderer.wait_each_pass(false);
-    }
+    let frames = match first > ONCE {
+        true => vec![(first, gpu)],
+        false => {
+            let count = (seconds / first).clamp(FRAMES[0], FRAMES[1]) as usize;
+            (0..count)
+                .map(|_| frame(renderer))
+                .collect::<Result<Vec<_>>>()?
+        }
+    };
+    let walls: Vec<f64> = frames.iter().map(|(wall, _)| *wall).collect();
+    let gpus: Option<Vec<f64>> = frames.iter().map(|(_, gpu)| *gpu).collect();
     Ok(Timing {
         wall: Spread::of(&walls),
-        gpu: gpu_time(gpus),
-        frames,
+        gpu: gpus
+            .filter(|times| times.iter().all(|&time| time > 0.0))
+            .map(|times| Spread::of(&times)),
+        frames: frames.len(),
     })
 }
 

@@ -52,10 +52,6 @@ impl Beams {
         })
     }
 
-    pub fn batches(&self, scene: &DeviceScene) -> Vec<Batch> {
-        self.listed.batches(scene.lights(true))
-    }
-
     pub fn record_map(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
         let pair_count = batch.pair_count;
         let push = BeamsPush {

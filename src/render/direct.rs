@@ -22,11 +22,10 @@ impl Direct {
         Ok(Self { pipeline })
     }
 
-    /// The receivers' parts. `with_suns` as for [`Direct::record`].
-    pub fn parts(scene: &DeviceScene, with_suns: bool) -> Vec<(usize, Part)> {
+    /// Rays of a texel. `with_suns` as for [`Direct::record`].
+    pub fn rays(scene: &DeviceScene, with_suns: bool) -> u64 {
         let suns = if with_suns { scene.sun_count } else { 0 };
-        let rays = SUN_RAYS * u64::from(suns) + ENVIRONMENT_RAYS * u64::from(scene.has_environment);
-        scene.receiver_parts(rays)
+        SUN_RAYS * u64::from(suns) + ENVIRONMENT_RAYS * u64::from(scene.has_environment)
     }
 
     /// Irradiance of a part of a receiver from the environment, and from the suns where

@@ -89,15 +89,15 @@ mirrors! {
     LightImagePush {
         first_pair: u32, pair_count: u32, receiver_count: u32, lobes: u32, spread: f32, trace: u32,
     }
-    CompactPush { pair_count: u32, slots: u32, receiver_count: u32, }
+    CompactPush { pair_count: u32, slots: u32, receiver_count: u32, rows: u32, }
     CurvedPush {
         first_pair: u32, pair_count: u32, patch_count: u32, curved_count: u32,
         lobes: u32, spread: f32, flat_spread: f32, trace: u32, merged: u32,
     }
-    DilatePush { curved: u32, }
+    DilatePush { curved: u32, first_row: u32, }
     /// Of all that is drawn into the light maps.
     DrawPush { atlas_size: Vec2, }
-    ResolvePush { level: i32, }
+    ResolvePush { level: i32, first_row: i32, }
     BeamsPush {
         first_pair: u32, pair_count: u32, patch_count: u32, first_light: u32,
         receiver_count: u32, lobes: u32, trace: u32, product: u32,

@@ -55,10 +55,6 @@ impl LightImages {
         })
     }
 
-    pub fn batches(&self, scene: &DeviceScene) -> Vec<Batch> {
-        self.listed.batches(scene.sky_pairs())
-    }
-
     pub fn record_project(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
         let push = LightImagePush {
             first_pair: batch.first_pair,

@@ -3,7 +3,6 @@
 
 use super::layout::{CompactPush, DrawPush};
 use super::pairs::Class;
-use super::parts::batches;
 use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
@@ -16,6 +15,9 @@ const GROUP: u32 = 64;
 const PAIRS: u32 = 8;
 /// Bytes that what is thrown by one batch may take.
 const MOST_BYTES: u64 = 96 << 20;
+
+/// Texels of a step of resolve: 40 ms on two CPU cores.
+const STEP_TEXELS: u32 = 1 << 19;
 
 /// Some pairs of a class.
 #[derive(Debug, Clone, Copy)]
@@ -41,12 +43,14 @@ pub struct Listed {
     pub coarse: Buffer,
     /// A `VkDispatchIndirectCommand` for every step of resolve, by the level that is added to.
     pub steps: Buffer,
-    /// Pairs of a batch.
-    batch: u32,
+    /// Pairs that there is room for at once.
+    pub batch: u32,
     /// Of a pair.
     slots: u32,
     /// Receivers that have coarser levels.
     receiver_count: u32,
+    /// Rows of a step of resolve, at most.
+    pub rows: u32,
 }
 
 impl Listed {
@@ -97,33 +101,8 @@ impl Listed {
             batch,
             slots,
             receiver_count,
+            rows: (STEP_TEXELS / scene.largest_light_map()[0]).max(1),
         })
-    }
-
-    /// The pairs of some classes, in parts for which there is room at once.
-    pub fn batches(&self, classes: impl IntoIterator<Item = Class>) -> Vec<Batch> {
-        (classes.into_iter())
-            .flat_map(|class| {
-                batches(class.light_count * class.patch_count, self.batch).map(
-                    move |(first_pair, pair_count)| Batch {
-                        class,
-                        first_pair,
-                        pair_count,
-                    },
-                )
-            })
-            .collect()
-    }
-
-    /// The pairs of `suns`, then, marked, those of the environment.
-    pub fn batches_and_sky(
-        &self,
-        scene: &DeviceScene,
-        suns: impl IntoIterator<Item = Class>,
-    ) -> impl Iterator<Item = (Batch, bool)> {
-        let [suns, sky] = [self.batches(suns), self.batches(scene.sky_pairs())];
-        (suns.into_iter().map(|batch| (batch, false)))
-            .chain(sky.into_iter().map(|batch| (batch, true)))
     }
 
     pub fn record(&self, recorder: &mut Recorder, pair_count: u32) {
@@ -131,6 +110,7 @@ impl Listed {
             pair_count,
             slots: self.slots,
             receiver_count: self.receiver_count,
+            rows: self.rows,
         };
         recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(PAIRS), 1, 1]);
     }

@@ -37,15 +37,18 @@ mod update;
 mod upload;
 
 use crate::error::{Error, Result};
-use crate::gpu::{Access, Buffer, Context, Image, PassTime, Recorder, Sampling};
+use crate::gpu::{
+    Access, Buffer, Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher,
+};
 use crate::image_file::RgbImage;
 use crate::scene::{Camera, Scene};
 use beams::Beams;
 use curved::{Dilate, Splats};
 use direct::Direct;
 use light_images::LightImages;
-use listed::Listed;
-use parts::Load;
+use listed::{Batch, Listed};
+use pairs::Class;
+use parts::{Part, bands, first_groups, group_count};
 use pinhole::Pinhole;
 use points::Points;
 use project::Project;
@@ -53,8 +56,9 @@ use resolve::Resolve;
 use sample::Sample;
 use shade::Shade;
 use splat::Splat;
+use std::ops::Range;
 use std::sync::Arc;
-use upload::DeviceScene;
+use upload::{COARSEST, DeviceScene};
 
 /// How the caustic is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
@@ -180,6 +184,27 @@ impl Wide {
 }
 
 impl Caustic {
+    /// The lists of what patches throw.
+    fn lists(&self) -> Vec<&Listed> {
+        match self {
+            Caustic::Footprint {
+                narrow,
+                wide,
+                curved,
+                ..
+            } => {
+                let images = wide.iter().filter_map(|wide| wide.images.as_ref());
+                (narrow.iter().map(|beams| &beams.listed))
+                    .chain(wide.iter().map(|wide| &wide.project.listed))
+                    .chain(images.map(|images| &images.listed))
+                    .chain(curved.iter().map(|splats| &splats.listed))
+                    .collect()
+            }
+            Caustic::Beams { beams, .. } => vec![&beams.listed],
+            Caustic::Pinhole { .. } | Caustic::Points(_) => Vec::new(),
+        }
+    }
+
     fn new(
         context: &Arc<Context>,
         device: &DeviceScene,
@@ -319,9 +344,7 @@ impl Renderer {
     /// Patches (or points) in use, those for the environment included.
     pub fn samples(&self) -> u32 {
         match &self.caustic {
-            Caustic::Points(points) if self.scene.reflector_count > 0 => {
-                points.batches.iter().map(|(_, count)| count).sum()
-            }
+            Caustic::Points(points) if self.scene.reflector_count > 0 => points.count,
             Caustic::Points(_) => 0,
             _ => {
                 let merged = self
@@ -335,8 +358,7 @@ impl Renderer {
     }
 
     /// Patches that threw light on a receiver in the last [`Renderer::caustic`], each counted once
-    /// a sun; `None` for other methods, where they came in several batches, under an environment, or where a receiver
-    /// is a mesh.
+    /// a sun; `None` for other methods, under an environment, or where a receiver is a mesh.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -350,27 +372,14 @@ impl Renderer {
         else {
             return Ok(None);
         };
-        let narrow = narrow
-            .iter()
-            .map(|beams| (&beams.listed, beams.batches(&self.scene).len()));
-        let images = (wide.iter())
-            .filter_map(|wide| wide.images.as_ref())
-            .map(|images| (&images.listed, images.batches(&self.scene).len()));
-        let wide = (wide.iter()).map(|wide| {
-            (
-                &wide.project.listed,
-                wide.project.batches(&self.scene).count(),
-            )
-        });
-        match narrow
-            .chain(images)
-            .chain(wide)
-            .filter(|(_, batches)| *batches > 0)
-            .collect::<Vec<_>>()[..]
-        {
-            [(listed, 1)] => Ok(Some(listed.arguments.read::<u32>(7)?[6])),
-            _ => Ok(None),
+        if self.scene.pairs.is_some() {
+            return Ok(None);
         }
+        (narrow.iter().map(|beams| &beams.listed))
+            .chain(wide.iter().map(|wide| &wide.project.listed))
+            .map(|listed| Ok(listed.arguments.read::<u32>(7)?[6]))
+            .sum::<Result<u32>>()
+            .map(Some)
     }
 
     /// Submits every pass on its own from now on, so that [`Renderer::take_times`] has wall times.
@@ -378,17 +387,27 @@ impl Renderer {
         self.recorder.wait_each_pass(wait);
     }
 
-    /// Times of the passes of the last submission; where each is submitted on its own, of all
-    /// since the last call.
+    /// Times of the passes of the last frame.
     pub fn take_times(&mut self) -> Vec<PassTime> {
         self.recorder.take_times()
+    }
+
+    /// Submissions of the last frame: one that would run long on this device is split.
+    pub fn submissions(&self) -> Submissions {
+        self.recorder.submissions()
+    }
+
+    /// Calls `watcher` after every submission from now on, so that long work can be shown and stopped.
+    pub fn watch(&mut self, watcher: Option<Watcher>) {
+        self.recorder.watch(watcher);
     }
 
     /// Renders the caustic into the light maps and waits for it.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device fails.
+    /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so.
     pub fn caustic(&mut self) -> Result<()> {
+        self.recorder.begin_frame();
         self.record_caustic()?;
         self.recorder.submit()
     }
@@ -400,7 +419,6 @@ impl Renderer {
             recorder,
             ..
         } = self;
-        // The first batch that is drawn clears the light map itself.
         let draws = match &self.caustic {
             Caustic::Footprint {
                 narrow,
@@ -408,13 +426,15 @@ impl Renderer {
                 curved,
                 ..
             } => {
-                (narrow.iter()).any(|beams| !beams.batches(scene).is_empty())
-                    || (wide.iter()).any(|wide| wide.project.batches(scene).next().is_some())
-                    || (curved.iter()).any(|splats| splats.batches(scene).next().is_some())
+                let any = |classes: Vec<Class>| classes.iter().any(|class| class.pairs() > 0);
+                let sky = any(scene.sky_pairs().into_iter().collect());
+                narrow.is_some() && any(scene.lights(true))
+                    || wide.is_some() && (sky || any(scene.lights(false)))
+                    || curved.is_some() && (sky || any(vec![scene.all_lights()]))
             }
             _ if scene.reflector_count == 0 => false,
-            Caustic::Points(points) => !points.batches.is_empty(),
-            Caustic::Beams { beams, .. } => !beams.batches(scene).is_empty(),
+            Caustic::Points(points) => points.count > 0,
+            Caustic::Beams { .. } => scene.all_lights().pairs() > 0,
             Caustic::Pinhole { .. } => false,
         };
         recorder.pass("clear", |r| {
@@ -424,17 +444,18 @@ impl Renderer {
                     .and(Access::BLEND)
                     .and(Access::COMPUTE),
             );
-            if !draws {
-                r.clear(light_map);
-            }
-            if let Caustic::Footprint {
-                wide: Some(wide), ..
-            } = &self.caustic
-            {
-                r.zero(&wide.project.listed.coarse);
+            for listed in self.caustic.lists() {
+                r.zero(&listed.arguments);
+                r.zero(&listed.coarse);
             }
             r.barrier(Access::TRANSFER_WRITE, Access::BLEND.and(Access::COMPUTE));
         })?;
+        let bands = bands([light_map.width, light_map.height], BAND);
+        // The first batch that is drawn clears a small light map itself.
+        let mut clear = draws && bands.len() == 1;
+        if !clear {
+            record_clear(recorder, light_map, bands)?;
+        }
         let gathers = matches!(self.caustic, Caustic::Pinhole { .. }) && scene.reflector_count > 0;
         if !draws && !gathers {
             return Ok(());
@@ -446,14 +467,11 @@ impl Renderer {
                 wide,
                 curved,
             } => {
-                recorder.pass("sample", |r| {
-                    sample.record(r, scene);
-                    r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-                })?;
-                let mut clear = true;
+                record_sample(recorder, scene, sample)?;
                 if let Some(beams) = narrow {
                     record_beams(recorder, scene, beams, light_map, &mut clear)?;
                 }
+                let sky = || scene.sky_pairs().map(|class| (class, true));
                 if let Some(Wide {
                     project,
                     images,
@@ -462,37 +480,37 @@ impl Renderer {
                 }) = wide
                 {
                     // Before footprints: their list also says which levels there are.
-                    for (images, batch) in (images.iter()).flat_map(|images| {
-                        images.batches(scene).into_iter().map(move |b| (images, b))
-                    }) {
-                        record_batch(
+                    for (images, class) in images.iter().zip(scene.sky_pairs()) {
+                        record_pairs(
                             recorder,
-                            &images.listed,
-                            batch.pair_count,
+                            scene,
+                            ("light images", &images.listed, class),
                             &mut clear,
-                            |r| images.record_project(r, scene, batch),
+                            |r, batch| images.record_project(r, scene, batch),
                             |r, clear| images.record_draw(r, light_map, clear),
                         )?;
                     }
-                    for batch in project.batches(scene) {
-                        record_batch(
+                    let suns = (scene.lights(false).into_iter()).map(|class| (class, false));
+                    for (class, is_sky) in suns.chain(sky()) {
+                        record_pairs(
                             recorder,
-                            &project.listed,
-                            batch.0.pair_count,
+                            scene,
+                            (kernels(is_sky), &project.listed, class),
                             &mut clear,
-                            |r| project.record(r, scene, batch),
+                            |r, batch| project.record(r, scene, (batch, is_sky)),
                             |r, clear| splat.record(r, &project.listed, light_map, clear),
                         )?;
                     }
                 }
                 if let Some(splats) = curved {
-                    for batch in splats.batches(scene) {
-                        record_batch(
+                    for (class, is_sky) in std::iter::once((scene.all_lights(), false)).chain(sky())
+                    {
+                        record_pairs(
                             recorder,
-                            &splats.listed,
-                            batch.0.pair_count,
+                            scene,
+                            (kernels_on_meshes(is_sky), &splats.listed, class),
                             &mut clear,
-                            |r| splats.record_project(r, scene, batch),
+                            |r, batch| splats.record_project(r, scene, (batch, is_sky)),
                             |r, clear| splats.record_draw(r, light_map, clear),
                         )?;
                     }
@@ -501,58 +519,55 @@ impl Renderer {
                     project, resolve, ..
                 }) = wide
                 {
-                    recorder.pass("resolve", |r| resolve.record(r, &project.listed))?;
+                    record_resolve(recorder, scene, resolve, &project.listed)?;
                 }
             }
             Caustic::Pinhole { sample, pinhole } => {
-                recorder.pass("sample", |r| {
-                    sample.record(r, scene);
-                    r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+                record_sample(recorder, scene, sample)?;
+                let batch = Pinhole::batch(scene);
+                let groups = scene.receiver_groups();
+                let total = groups * u64::from(scene.patch_count.div_ceil(batch));
+                let first = first_groups(Pinhole::rays(scene));
+                recorder.in_shares("gather", total, first, |r, done, most| {
+                    let first_patch = (done / groups) as u32 * batch;
+                    let patches = (first_patch, batch.min(scene.patch_count - first_patch));
+                    let (tile, part) = scene.receiver_part(done % groups, most);
+                    r.pass("gather", |r| {
+                        pinhole.record(r, scene, patches, (tile, part));
+                        r.barrier(Access::COMPUTE, Access::COMPUTE);
+                    })?;
+                    Ok(part.count())
                 })?;
-                let mut load = Load::default();
-                for batch in Pinhole::batches(scene) {
-                    for part in Pinhole::parts(scene, batch) {
-                        load.add(recorder, part.1.rays)?;
-                        recorder.pass("gather", |r| {
-                            pinhole.record(r, scene, batch, part);
-                            r.barrier(Access::COMPUTE, Access::COMPUTE);
-                        })?;
-                    }
-                }
             }
             Caustic::Points(points) => {
-                for (index, batch) in points.batches.iter().enumerate() {
-                    if index > 0 {
-                        recorder.submit()?;
-                    }
-                    recorder.pass("trace points", |r| {
-                        points.record_trace(r, scene, *batch);
+                let total = points.count.into();
+                recorder.in_shares("points", total, FIRST_POINTS, |r, done, most| {
+                    let batch = (done as u32, most.min(points.batch.into()) as u32);
+                    r.pass("trace points", |r| {
+                        points.record_trace(r, scene, batch);
                         r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
                     })?;
-                    recorder.pass("splat points", |r| {
-                        points.record_draw(r, scene, *batch, light_map, index == 0);
+                    r.pass("splat points", |r| {
+                        points.record_draw(r, scene, batch, light_map, clear);
                         r.barrier(
                             Access::BLEND.and(Access::VERTEX_READ),
                             Access::BLEND.and(Access::COMPUTE),
                         );
                     })?;
-                }
+                    clear = false;
+                    Ok(batch.1.into())
+                })?;
             }
             Caustic::Beams { sample, beams } => {
-                recorder.pass("sample", |r| {
-                    sample.record(r, scene);
-                    r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-                })?;
-                record_beams(recorder, scene, beams, light_map, &mut true)?;
+                record_sample(recorder, scene, sample)?;
+                record_beams(recorder, scene, beams, light_map, &mut clear)?;
             }
         }
         // Footprints fall on the texels around the charts by themselves.
         if let Some([dilate, _]) =
             (self.dilate.as_ref()).filter(|_| !matches!(self.caustic, Caustic::Footprint { .. }))
         {
-            recorder.pass("dilate", |r| {
-                dilate.record(r, scene, Access::BLEND.and(Access::COMPUTE_WRITE));
-            })?;
+            dilate.record(recorder, scene, Access::BLEND.and(Access::COMPUTE_WRITE))?;
         }
         Ok(())
     }
@@ -576,6 +591,7 @@ impl Renderer {
                 size,
             )?);
         }
+        self.recorder.begin_frame();
         self.record_caustic()?;
         if self.scene.has_environment {
             self.record_direct(false)?;
@@ -587,14 +603,16 @@ impl Renderer {
             ..
         } = self;
         let shade = shade.as_ref().expect("made above");
-        let mut load = Load::default();
-        for part in shade.parts(scene, side) {
-            load.add(recorder, part.rays)?;
-            recorder.pass("shade", |r| {
+        let size = shade.size();
+        let first = first_groups(Shade::rays(scene, side));
+        recorder.in_shares("shade", group_count(size), first, |r, done, most| {
+            let part = Part::of(size, done, most);
+            r.pass("shade", |r| {
                 r.barrier(Access::BLEND.and(Access::COMPUTE_WRITE), Access::COMPUTE);
                 shade.record(r, scene, camera, side, part);
             })?;
-        }
+            Ok(part.count())
+        })?;
         recorder.submit()
     }
 
@@ -606,21 +624,20 @@ impl Renderer {
             recorder,
             ..
         } = self;
-        let mut load = Load::default();
-        for part in Direct::parts(scene, with_suns) {
-            load.add(recorder, part.1.rays)?;
-            recorder.pass("direct", |r| {
+        let first = first_groups(Direct::rays(scene, with_suns));
+        recorder.in_shares("direct", scene.receiver_groups(), first, |r, done, most| {
+            let (tile, part) = scene.receiver_part(done, most);
+            r.pass("direct", |r| {
                 r.barrier(
                     Access::ANY_WRITE.and(Access::COMPUTE_READ),
                     Access::COMPUTE_WRITE,
                 );
-                direct.record(r, scene, part, with_suns);
+                direct.record(r, scene, (tile, part), with_suns);
             })?;
-        }
+            Ok(part.count())
+        })?;
         if let Some([_, dilate]) = dilate {
-            recorder.pass("dilate", |r| {
-                dilate.record(r, scene, Access::COMPUTE_WRITE);
-            })?;
+            dilate.record(recorder, scene, Access::COMPUTE_WRITE)?;
         }
         Ok(())
     }
@@ -630,6 +647,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn direct(&mut self) -> Result<()> {
+        self.recorder.begin_frame();
         self.record_direct(true)?;
         self.recorder.submit()
     }
@@ -685,6 +703,84 @@ impl Renderer {
     }
 }
 
+/// Patches and points of a first submission, on a device of which nothing is known.
+const FIRST_PATCHES: u64 = 1 << 16;
+const FIRST_POINTS: u64 = 1 << 12;
+
+/// The patches of all reflectors.
+fn record_sample(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
+    let total = scene.patch_count.into();
+    recorder.in_shares("sample", total, FIRST_PATCHES, |r, done, most| {
+        let patches = most.min(sample::BATCH.into()) as u32;
+        r.pass("sample", |r| {
+            sample.record(r, scene, done as u32, patches);
+            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+        })?;
+        Ok(patches.into())
+    })
+}
+
+/// Texels of the light maps that are cleared by one submission: 40 ms on two CPU cores.
+const BAND: u32 = 1 << 22;
+
+/// Fills the light maps with zeros, each of `bands` in a submission of its own where there are several.
+fn record_clear(
+    recorder: &mut Recorder,
+    light_map: &Image,
+    bands: impl ExactSizeIterator<Item = Range<u32>>,
+) -> Result<()> {
+    let is_split = bands.len() > 1;
+    for rows in bands {
+        recorder.pass("clear", |r| {
+            r.clear(light_map, rows);
+            r.barrier(Access::BLEND, Access::BLEND.and(Access::COMPUTE));
+        })?;
+        if is_split {
+            recorder.submit()?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds the coarser levels to the finer ones, in steps of so many rows that each may be a submission of its own.
+fn record_resolve(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    resolve: &Resolve,
+    listed: &Listed,
+) -> Result<()> {
+    let [_, height] = scene.largest_light_map();
+    let is_split = height + 2 > listed.rows;
+    for level in (0..COARSEST).rev() {
+        // With one texel more all around than the level has.
+        let rows = ((height - 1) >> level) + 3;
+        for first_row in (0..rows).step_by(listed.rows as usize) {
+            recorder.pass("resolve", |r| resolve.record(r, listed, level, first_row))?;
+            if is_split {
+                recorder.submit()?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Names of the work on kernels: what a pair costs differs between suns and the sky.
+fn kernels(is_sky: bool) -> &'static str {
+    if is_sky {
+        "kernels of the sky"
+    } else {
+        "kernels"
+    }
+}
+
+fn kernels_on_meshes(is_sky: bool) -> &'static str {
+    if is_sky {
+        "kernels of the sky on meshes"
+    } else {
+        "kernels on meshes"
+    }
+}
+
 /// Patches as triangles.
 fn record_beams(
     recorder: &mut Recorder,
@@ -693,53 +789,57 @@ fn record_beams(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
-    for batch in beams.batches(scene) {
-        record_batch(
+    for class in scene.lights(true) {
+        record_pairs(
             recorder,
-            &beams.listed,
-            batch.pair_count,
+            scene,
+            ("triangles", &beams.listed, class),
             clear,
-            |r| beams.record_map(r, scene, batch),
+            |r, batch| beams.record_map(r, scene, batch),
             |r, clear| beams.record_draw(r, light_map, clear),
         )?;
     }
     Ok(())
 }
 
-/// What a batch of pairs throws, listed in its order and added to the light map. Only the first batch
-/// has to `clear` that.
-fn record_batch(
+/// What the pairs of a class throw, listed in their order and added to the light map, in as many batches as
+/// there is room and time for. Only the first batch of a frame has to `clear` the light map.
+fn record_pairs(
     recorder: &mut Recorder,
-    listed: &Listed,
-    pair_count: u32,
+    scene: &DeviceScene,
+    (work, listed, class): (&'static str, &Listed, Class),
     clear: &mut bool,
-    project: impl FnOnce(&mut Recorder),
-    splat: impl FnOnce(&mut Recorder, bool),
+    project: impl Fn(&mut Recorder, Batch),
+    splat: impl Fn(&mut Recorder, bool),
 ) -> Result<()> {
-    if !*clear {
-        recorder.submit()?;
-    }
     let reads = Access::VERTEX_READ
         .and(Access::INDEX_READ)
         .and(Access::INDIRECT_READ);
-    recorder.pass("project", |r| {
-        project(r);
-        r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-    })?;
-    recorder.pass("compact", |r| {
-        listed.record(r, pair_count);
-        r.barrier(Access::COMPUTE_WRITE, reads);
-    })?;
-    recorder.pass("splat", |r| {
-        splat(r, *clear);
-        // The next batch overwrites what this one reads, and adds to its texels.
-        r.barrier(
-            Access::BLEND.and(reads).and(Access::FRAGMENT_READ),
-            Access::BLEND.and(Access::COMPUTE),
-        );
-    })?;
-    *clear = false;
-    Ok(())
+    recorder.in_shares(work, class.pairs(), scene.first_pairs(), |r, done, most| {
+        let batch = Batch {
+            class,
+            first_pair: done as u32,
+            pair_count: most.min(listed.batch.into()) as u32,
+        };
+        r.pass("project", |r| {
+            project(r, batch);
+            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+        })?;
+        r.pass("compact", |r| {
+            listed.record(r, batch.pair_count);
+            r.barrier(Access::COMPUTE_WRITE, reads);
+        })?;
+        r.pass("splat", |r| {
+            splat(r, *clear);
+            // The next batch overwrites what this one reads, and adds to its texels.
+            r.barrier(
+                Access::BLEND.and(reads).and(Access::FRAGMENT_READ),
+                Access::BLEND.and(Access::COMPUTE),
+            );
+        })?;
+        *clear = false;
+        Ok(batch.pair_count.into())
+    })
 }
 
 fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {

@@ -51,6 +51,13 @@ pub struct Class {
     pub patch_count: u32,
 }
 
+impl Class {
+    /// Of a light and a patch.
+    pub fn pairs(&self) -> u64 {
+        u64::from(self.light_count) * u64::from(self.patch_count)
+    }
+}
+
 /// Light from everywhere, as footprints see it.
 pub struct Pairs {
     pub lights: Buffer,

@@ -1,14 +1,12 @@
-//! Large pictures and light maps are computed in parts, each a submission of its own where it is
-//! large: a watchdog takes the device away from a program whose submission runs for seconds.
+//! Pictures and light maps are computed in parts, as many at a time as one submission may hold.
 
-use crate::error::Result;
-use crate::gpu::Recorder;
 use glam::UVec2;
+use std::ops::Range;
 
-/// Rays of one submission: a second on a device that traces 60 million a second.
-const MOST_RAYS: u64 = 1 << 26;
 /// Sides of a workgroup.
 const GROUP: u32 = 8;
+/// Rays of a first submission, on a device of which nothing is known: 20 ms on two CPU cores.
+const FIRST_RAYS: u64 = 1 << 17;
 
 /// A rectangle of pixels or texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,67 +14,53 @@ pub struct Part {
     pub first: UVec2,
     /// Workgroups of 8 × 8; what they cover beyond the picture is left out by the shader.
     pub groups: [u32; 3],
-    /// At most.
-    pub rays: u64,
 }
 
 impl Part {
-    /// For [`Recorder::dispatch`].
+    /// The largest rectangle of the workgroups that cover `size` pixels, counted row by row, that begins with
+    /// number `first` and has at most `most` of them.
+    pub fn of([width, height]: [u32; 2], first: u64, most: u64) -> Self {
+        let [columns, rows] = [width, height].map(|side| side.div_ceil(GROUP));
+        let row = (first / u64::from(columns)) as u32;
+        let column = (first % u64::from(columns)) as u32;
+        let most = most.min(u64::from(columns) * u64::from(rows)) as u32;
+        let groups = if column == 0 && most >= columns {
+            [columns, (most / columns).min(rows - row), 1]
+        } else {
+            [most.min(columns - column), 1, 1]
+        };
+        Self {
+            first: GROUP * UVec2::new(column, row),
+            groups,
+        }
+    }
+
+    /// Workgroups.
+    pub fn count(&self) -> u64 {
+        self.groups.map(u64::from).iter().product()
+    }
+
+    /// For [`crate::gpu::Recorder::dispatch`].
     pub fn threads(&self) -> [u32; 3] {
         let [x, y, z] = self.groups;
         [GROUP * x, GROUP * y, z]
     }
 }
 
-/// The parts of a picture of `size` pixels with `rays` rays each, from the top row.
-pub fn parts([width, height]: [u32; 2], rays: u64) -> impl Iterator<Item = Part> {
-    let area = u64::from(GROUP * GROUP);
-    let groups = (MOST_RAYS / (area * rays.max(1))).max(1);
-    let whole = [width, height].map(|side| side.div_ceil(GROUP));
-    let columns = groups.min(whole[0].into()) as u32;
-    let rows = (groups / u64::from(columns)).min(whole[1].into()) as u32;
-    let starts = move |row| {
-        (0..whole[0])
-            .step_by(columns as usize)
-            .map(move |x| [x, row])
-    };
-    (0..whole[1])
-        .step_by(rows as usize)
-        .flat_map(starts)
-        .map(move |[x, y]| {
-            let groups = [columns.min(whole[0] - x), rows.min(whole[1] - y), 1];
-            Part {
-                first: GROUP * UVec2::new(x, y),
-                groups,
-                rays: rays * area * u64::from(groups[0]) * u64::from(groups[1]),
-            }
-        })
+/// Workgroups that cover `size` pixels.
+pub fn group_count([width, height]: [u32; 2]) -> u64 {
+    u64::from(width.div_ceil(GROUP)) * u64::from(height.div_ceil(GROUP))
 }
 
-/// (first, number) of the runs of at most `most` things that `count` things are worked through in.
-pub fn batches(count: u32, most: u32) -> impl Iterator<Item = (u32, u32)> {
-    (0..count)
-        .step_by(most.max(1) as usize)
-        .map(move |first| (first, most.min(count - first)))
+/// Workgroups with so many rays a pixel that any device has the time for.
+pub fn first_groups(rays: u64) -> u64 {
+    (FIRST_RAYS / (u64::from(GROUP * GROUP) * rays.max(1))).max(1)
 }
 
-/// Rays recorded since the last submission.
-#[derive(Default)]
-pub struct Load(u64);
-
-impl Load {
-    /// Submits first where `rays` more would be too many.
-    ///
-    /// # Errors
-    /// [`crate::Error::Device`] where the device fails.
-    pub fn add(&mut self, recorder: &mut Recorder, rays: u64) -> Result<()> {
-        if self.0 > 0 && self.0 + rays > MOST_RAYS {
-            recorder.submit()?;
-            self.0 = 0;
-        }
-        self.0 += rays;
-        Ok(())
-    }
+/// Ranges of the rows of an image, `texels` texels each at most, or one row.
+pub fn bands([width, height]: [u32; 2], texels: u32) -> impl ExactSizeIterator<Item = Range<u32>> {
+    let rows = (texels / width).max(1);
+    (0..height.div_ceil(rows)).map(move |band| band * rows..((band + 1) * rows).min(height))
 }
 
 #[cfg(test)]
@@ -84,30 +68,39 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_cover_a_picture_once_and_stay_small() {
-        for (size, rays, most_parts) in [
-            ([1280, 720], 20, 1),
-            ([1, 1], 1_000_000_000, 1),
-            ([100, 60], 1_000_000, 13 * 8),
-            ([16384, 16384], 20, 100),
-            ([16384, 9], 8464, 34),
+    fn bands_cover_an_image_once() {
+        let found: Vec<_> = bands([100, 25], 1000).collect();
+        assert_eq!(found, [0..10, 10..20, 20..25]);
+        assert_eq!(bands([100, 3], 1).len(), 3);
+        assert_eq!(bands([100, 3], 1 << 20).collect::<Vec<_>>(), vec![0..3; 1]);
+    }
+
+    #[test]
+    fn parts_cover_a_picture_once() {
+        for (size, most) in [
+            ([1280, 720], 1_000_000),
+            ([1, 1], 5),
+            ([100, 60], 1),
+            ([100, 60], 13),
+            ([1000, 60], 300),
+            ([16_384, 9], 700),
         ] {
             let [columns, rows] = size.map(|side: u32| side.div_ceil(GROUP) as usize);
             let mut covered = vec![0u8; columns * rows];
-            let mut count = 0;
-            for part in parts(size, rays) {
+            let (mut first, total) = (0, group_count(size));
+            assert_eq!(total as usize, columns * rows);
+            while first < total {
+                let part = Part::of(size, first, most);
+                assert!((1..=most).contains(&part.count()), "{part:?}");
                 let [x, y] = part.first.to_array().map(|at| (at / GROUP) as usize);
                 for row in y..y + part.groups[1] as usize {
                     for column in x..x + part.groups[0] as usize {
                         covered[row * columns + column] += 1;
                     }
                 }
-                let one_group = part.groups == [1, 1, 1];
-                assert!(part.rays <= MOST_RAYS || one_group, "{part:?}");
-                count += 1;
+                first += part.count();
             }
             assert!(covered.iter().all(|times| *times == 1), "{size:?}");
-            assert!(count <= most_parts, "{size:?}: {count}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::Settings;
 use super::kernel::{SPREAD, profiles};
 use super::layout::PinholePush;
-use super::parts::{Part, batches};
+use super::parts::Part;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
@@ -49,18 +49,18 @@ impl Pinhole {
         })
     }
 
-    /// (first patch, patches) of each dispatch.
-    pub fn batches(scene: &DeviceScene) -> impl Iterator<Item = (u32, u32)> + use<> {
+    /// Patches that a dispatch gathers.
+    pub fn batch(scene: &DeviceScene) -> u32 {
         let taps = if scene.has_environment { TAPS } else { 0 };
         let traversal = if scene.trace { TRAVERSAL } else { 0 };
         let turns = 1 + scene.lobes * (scene.sun_count + taps + traversal);
-        batches(scene.patch_count, (MOST_TURNS / turns).clamp(1, BATCH))
+        (MOST_TURNS / turns).clamp(1, BATCH)
     }
 
-    /// The receivers' parts for such a batch. One in many pairs of texel and patch traces its rays,
-    /// to the light and to the receiver; each looks the light up.
-    pub fn parts(scene: &DeviceScene, (_, patches): (u32, u32)) -> Vec<(usize, Part)> {
-        scene.receiver_parts((scene.lobes * patches).into())
+    /// Rays of a texel in a dispatch. One in many pairs of texel and patch traces its rays, to the light and
+    /// to the receiver; each looks the light up.
+    pub fn rays(scene: &DeviceScene) -> u64 {
+        (scene.lobes * Self::batch(scene)).into()
     }
 
     pub fn record(

@@ -2,7 +2,6 @@
 //! plain baseline.
 
 use super::layout::{DrawPush, PointSplat, PointsPush};
-use super::parts::batches;
 use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
@@ -17,8 +16,10 @@ pub struct Points {
     draw: Pipeline,
     /// Of each sun.
     points: u32,
-    /// (first point, points)
-    pub batches: Vec<(u32, u32)>,
+    /// Of all suns.
+    pub count: u32,
+    /// Points that there is room for at once.
+    pub batch: u32,
     /// Bound to the pipelines.
     _splats: Buffer,
 }
@@ -58,7 +59,8 @@ impl Points {
             trace,
             draw,
             points,
-            batches: batches(all, batch).collect(),
+            count: all,
+            batch,
             _splats: splats,
         })
     }

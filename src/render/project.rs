@@ -98,11 +98,6 @@ impl Project {
         Ok(Self { kernels, listed })
     }
 
-    /// Those of the environment after the others.
-    pub fn batches(&self, scene: &DeviceScene) -> impl Iterator<Item = (Batch, bool)> {
-        self.listed.batches_and_sky(scene, scene.lights(false))
-    }
-
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -2,7 +2,7 @@
 
 use super::layout::ResolvePush;
 use super::listed::Listed;
-use super::upload::{COARSEST, DeviceScene};
+use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Access, Context, Image, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
@@ -26,14 +26,14 @@ impl Resolve {
         Ok(Self { pipeline })
     }
 
-    /// Steps of levels that have no footprints are empty.
-    pub fn record(&self, recorder: &mut Recorder, listed: &Listed) {
-        for level in (0..COARSEST).rev() {
-            let push = ResolvePush {
-                level: level as i32,
-            };
-            recorder.dispatch_indirect(&self.pipeline, &push, &listed.steps, level);
-            recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
-        }
+    /// Adds rows, of a number that `listed` has, from `first_row` on to a level. Nothing where no coarser level
+    /// has footprints.
+    pub fn record(&self, recorder: &mut Recorder, listed: &Listed, level: u32, first_row: u32) {
+        let push = ResolvePush {
+            level: level as i32,
+            first_row: first_row as i32,
+        };
+        recorder.dispatch_indirect(&self.pipeline, &push, &listed.steps, level);
+        recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
     }
 }

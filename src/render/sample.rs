@@ -1,14 +1,13 @@
 //! sample: cuts the mirrors' triangles into patches, the paper's sample points.
 
 use super::layout::{Patch, SamplePush};
-use super::parts::batches;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
 use std::sync::Arc;
 
 /// Patches of a dispatch: every device takes 65 535 workgroups, of 64 threads here.
-const BATCH: u32 = 65_535 * 64;
+pub const BATCH: u32 = 65_535 * 64;
 
 pub struct Sample {
     pipeline: Pipeline,
@@ -24,15 +23,20 @@ impl Sample {
         Ok(Self { pipeline, patches })
     }
 
-    pub fn record(&self, recorder: &mut Recorder, scene: &DeviceScene) {
-        for (first_patch, patches) in batches(scene.patch_count, BATCH) {
-            let push = SamplePush {
-                first_patch,
-                patch_count: scene.patch_count,
-                reflector_count: scene.reflector_count,
-            };
-            recorder.dispatch(&self.pipeline, &push, [patches, 1, 1]);
-        }
+    /// Makes `patches` patches from number `first_patch` on.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        first_patch: u32,
+        patches: u32,
+    ) {
+        let push = SamplePush {
+            first_patch,
+            patch_count: scene.patch_count,
+            reflector_count: scene.reflector_count,
+        };
+        recorder.dispatch(&self.pipeline, &push, [patches, 1, 1]);
     }
 }
 
@@ -59,7 +63,7 @@ mod tests {
         assert_eq!(device.patch_count, 2 * N * N);
         let sample = Sample::new(&context, &device).unwrap();
         let mut recorder = Recorder::new(&context).unwrap();
-        sample.record(&mut recorder, &device);
+        sample.record(&mut recorder, &device, 0, device.patch_count);
         recorder.submit().unwrap();
 
         let triangles = device.triangles.read::<Triangle>(4).unwrap();

@@ -1,7 +1,7 @@
 //! shade: the camera's view of surfaces, direct light, mirrors and caustics.
 
 use super::layout::ShadePush;
-use super::parts::{Part, parts};
+use super::parts::Part;
 use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Sampling, shaders};
@@ -38,16 +38,20 @@ impl Shade {
         Ok(Self { pipeline, view })
     }
 
-    /// The parts of the picture with `side`² samples a pixel.
-    pub fn parts(&self, scene: &DeviceScene, side: u32) -> impl Iterator<Item = Part> + use<> {
+    /// Pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.view.width, self.view.height]
+    }
+
+    /// Rays of a pixel with `side`² samples, at most.
+    pub fn rays(scene: &DeviceScene, side: u32) -> u64 {
         let samples = u64::from(side) * u64::from(side);
         let of_sample = 1 + ENVIRONMENT_RAYS * u64::from(scene.has_environment);
         // Each sample has one to each sun at least.
         let of_suns = SUN_RAYS.max(samples) * u64::from(scene.sun_count);
         // Where light is let through, a sample splits into as many rays as wait, and one.
         let splits = if scene.lobes > 1 { 7 } else { 1 };
-        let size = [self.view.width, self.view.height];
-        parts(size, splits * (samples * of_sample + of_suns))
+        splits * (samples * of_sample + of_suns)
     }
 
     /// A part of the picture of `camera` with `side`² samples a pixel.

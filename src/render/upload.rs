@@ -8,7 +8,7 @@ use super::Settings;
 use super::layout::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
 use super::narrow::is_narrow;
 use super::pairs::{self, Class, Pairs};
-use super::parts::{Part, parts};
+use super::parts::{Part, group_count};
 use super::reflectors::Specular;
 use super::sky::disc_axes;
 use super::soup::Soup;
@@ -308,11 +308,42 @@ impl DeviceScene {
         receiver_of(tile, self.flat_count as usize)
     }
 
-    /// Parts of all receivers' tiles, with `rays` rays a texel, each with the tile's index.
-    pub fn receiver_parts(&self, rays: u64) -> Vec<(usize, Part)> {
-        let of_tile =
-            |(index, tile): (usize, &Tile)| parts(tile.size, rays).map(move |part| (index, part));
-        self.tiles.iter().enumerate().flat_map(of_tile).collect()
+    /// Sides that all light maps fit into, texels.
+    pub fn largest_light_map(&self) -> [u32; 2] {
+        [0, 1].map(|axis| {
+            self.tiles
+                .iter()
+                .map(|tile| tile.size[axis])
+                .max()
+                .unwrap_or(1)
+        })
+    }
+
+    /// Workgroups that cover all receivers' light maps.
+    pub fn receiver_groups(&self) -> u64 {
+        self.tiles.iter().map(|tile| group_count(tile.size)).sum()
+    }
+
+    /// The tile, and of it the part that begins with workgroup number `first` of all receivers' and has at most
+    /// `most`.
+    pub fn receiver_part(&self, mut first: u64, most: u64) -> (usize, Part) {
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let count = group_count(tile.size);
+            if first < count {
+                return (index, Part::of(tile.size, first, most));
+            }
+            first -= count;
+        }
+        panic!("workgroup {first} after the last tile");
+    }
+
+    /// Pairs of patch and light of a first submission, on a device of which nothing is known: each may light
+    /// all of a light map.
+    pub fn first_pairs(&self) -> u64 {
+        const FRAGMENTS: u64 = 1 << 22; // 20 ms on two CPU cores
+        let texels = |tile: &Tile| u64::from(tile.size[0]) * u64::from(tile.size[1]);
+        let largest = self.tiles.iter().map(texels).max().unwrap_or(1);
+        (FRAGMENTS / largest).clamp(1, 4096)
     }
 }
 
