@@ -1,7 +1,13 @@
-//! Images on disk: linear 32-bit float EXR and tone-mapped PNG, written whole or not at all.
+//! Images on disk: linear 32-bit float EXR and tone-mapped PNG.
 
 use crate::error::{Error, Result};
-use std::io::Write;
+use crate::input::{self, refused};
+use crate::output::write_atomically;
+use crate::scene::memory;
+use exr::meta::BlockDescription;
+use image::codecs::openexr::OpenExrDecoder;
+use image::{DynamicImage, ImageDecoder};
+use std::io::Cursor;
 use std::path::Path;
 
 /// Rows from the top, RGB, linear. A light map's last row is v = 0.
@@ -21,56 +27,15 @@ impl RgbImage {
     }
 }
 
-/// A new empty file beside `path` that vanishes unless it is made to replace `path`.
-fn temporary_file(path: &Path) -> Result<tempfile::NamedTempFile> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    if path.is_dir() {
-        return Err(cannot_write(path, "it is a folder"));
-    }
-    // The error's own text would name the temporary file.
-    tempfile::NamedTempFile::new_in(folder).map_err(|e| cannot_write(path, e.kind()))
-}
-
-fn cannot_write(path: &Path, reason: impl ToString) -> Error {
-    Error::Output {
-        file: path.to_owned(),
-        reason: reason.to_string(),
-        remedy: "name a file in an existing folder that you may write to".into(),
-    }
-}
-
-/// Finds out before a long computation whether [`write_atomically`] will work.
-///
-/// # Errors
-/// [`Error::Output`] where the folder is missing or cannot be written.
-pub fn check_writable(path: &Path) -> Result<()> {
-    temporary_file(path).map(drop)
-}
-
-/// Writes `content` to a temporary file beside `path`, then renames it, so that `path` is either
-/// the old file or the whole new one.
-///
-/// # Errors
-/// [`Error::Output`] where the folder is missing or cannot be written.
-pub fn write_atomically(path: &Path, content: &[u8]) -> Result<()> {
-    let mut file = temporary_file(path)?;
-    file.write_all(content).map_err(|e| cannot_write(path, e))?;
-    #[cfg(unix)]
-    {
-        // NamedTempFile is private to the user; the result is an ordinary file.
-        use std::os::unix::fs::PermissionsExt;
-        let ordinary = std::fs::Permissions::from_mode(0o644);
-        (file.as_file().set_permissions(ordinary)).map_err(|e| cannot_write(path, e))?;
-    }
-    file.persist(path).map_err(|e| cannot_write(path, e))?;
-    Ok(())
-}
-
 /// Most pixels on a side of an image that is read.
 const MAX_SIDE: u32 = 16_384;
+/// Bytes of a file: 32-bit R, G, B and as much again beside them.
+const MAX_BYTES: u64 = 8 << 30;
+/// Most channels of an EXR layer, and layers of a file.
+const MAX_CHANNELS: usize = 128;
+const MAX_LAYERS: usize = 64;
+/// Bytes of a decoded pixel, with the copy that it is converted to.
+const PIXEL_BYTES: u64 = 16 + 12 + 12;
 
 /// Reads the R, G, B channels of an EXR file, in whatever precision it has them.
 ///
@@ -78,43 +43,132 @@ const MAX_SIDE: u32 = 16_384;
 /// [`Error::Input`] if the file is missing, truncated, not an EXR, too large, or has a value that
 /// is not finite; the message names the pixel.
 pub fn read_rgb(path: &Path) -> Result<RgbImage> {
-    let input = |place: Option<String>, reason: String, remedy: &str| Error::Input {
-        file: path.to_owned(),
-        place,
-        reason,
-        remedy: remedy.into(),
-    };
-    let unreadable = |reason: String| input(None, reason, "name a readable EXR file");
-    let mut reader = image::ImageReader::open(path)
-        .and_then(image::ImageReader::with_guessed_format)
-        .map_err(|e| unreadable(e.to_string()))?;
-    if reader.format() != Some(image::ImageFormat::OpenExr) {
-        return Err(unreadable("it is not an EXR image".into()));
-    }
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    // The default of 512 MiB holds less than 8192² pixels.
-    limits.max_alloc = Some(8 << 30);
-    reader.limits(limits);
-    let decoded = reader.decode().map_err(|e| unreadable(e.to_string()))?;
-    let decoded = decoded.into_rgb32f();
-    let (width, height) = decoded.dimensions();
-    let pixels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
-    let image = RgbImage {
-        width,
-        height,
-        pixels,
-    };
+    let content = input::read(path, MAX_BYTES)?;
+    let image = decode_exr(path, content, [MAX_SIDE; 2], PIXEL_BYTES)?;
     if let Some([x, y]) = image.first_not_finite() {
-        return Err(input(
-            Some(format!("pixel ({x}, {y})")),
-            "a value is not finite".into(),
-            "write the image again without NaN and infinity",
-        ));
+        return Err(Error::Input {
+            file: path.to_owned(),
+            place: Some(format!("pixel ({x}, {y})")),
+            reason: "a value is not finite".into(),
+            remedy: "write the image again without NaN and infinity".into(),
+        });
     }
     Ok(image)
 }
+
+/// The R, G, B channels of an EXR file of at most `most` pixels a side, of which each will take `pixel_bytes`.
+/// Values may be anything.
+///
+/// # Errors
+/// [`Error::Input`]
+pub(crate) fn decode_exr(
+    path: &Path,
+    content: Vec<u8>,
+    most: [u32; 2],
+    pixel_bytes: u64,
+) -> Result<RgbImage> {
+    let undecodable = |reason: String| {
+        let remedy = "export the image again as EXR with R, G and B channels";
+        refused(path, &format!("cannot be decoded: {reason}"), remedy)
+    };
+    if !content.starts_with(&EXR_MAGIC) {
+        return Err(refused(path, "it is not an EXR image", "name an EXR file"));
+    }
+    check_exr(&content, most, pixel_bytes).map_err(undecodable)?;
+    let mut decoder =
+        OpenExrDecoder::new(Cursor::new(content)).map_err(|e| undecodable(e.to_string()))?;
+    let mut limits = image::Limits::no_limits();
+    [limits.max_image_width, limits.max_image_height] = most.map(Some);
+    (decoder.set_limits(limits)).map_err(|e| undecodable(e.to_string()))?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(e.to_string()))?;
+    let image = image.into_rgb32f();
+    Ok(RgbImage {
+        width: image.width(),
+        height: image.height(),
+        pixels: image.pixels().map(|pixel| pixel.0).collect(),
+    })
+}
+
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// Judges what the headers of an EXR file claim, and whether all of its blocks are there, before memory is
+/// taken for the pixels: decoders believe the headers.
+fn check_exr(content: &[u8], most: [u32; 2], pixel_bytes: u64) -> Result<(), String> {
+    // Sums and differences of coordinates stay within 32 bits.
+    const FARTHEST: i32 = 1 << 24;
+    let reader = exr::block::read(Cursor::new(content), false).map_err(|e| e.to_string())?;
+    let headers = reader.headers();
+    if headers.len() > MAX_LAYERS {
+        return Err(format!(
+            "{} layers are more than {MAX_LAYERS}",
+            headers.len()
+        ));
+    }
+    let mut chunks = 0;
+    for header in headers {
+        let display = header.shared_attributes.display_window;
+        for (what, size, corner) in [
+            ("display", display.size, display.position),
+            (
+                "data",
+                header.layer_size,
+                header.own_attributes.layer_position,
+            ),
+        ] {
+            let [width, height] = [size.0, size.1];
+            if width > most[0] as usize || height > most[1] as usize {
+                return Err(format!(
+                    "its {what} window has {width} x {height} pixels, and {} x {} are allowed",
+                    most[0], most[1]
+                ));
+            }
+            if width == 0 || height == 0 {
+                return Err(format!("its {what} window has no pixels"));
+            }
+            if [corner.0, corner.1]
+                .iter()
+                .any(|at| at.unsigned_abs() > FARTHEST as u32)
+            {
+                return Err(format!("its {what} window begins at {corner:?}"));
+            }
+            let bytes = width as u64 * height as u64 * pixel_bytes;
+            memory::check(&format!("{width} x {height} pixels"), bytes)?;
+        }
+        if header.deep {
+            return Err("it has deep data".into());
+        }
+        let channels = header.channels.list.len();
+        if channels > MAX_CHANNELS {
+            return Err(format!("{channels} channels are more than {MAX_CHANNELS}"));
+        }
+        let block = match header.blocks {
+            // At most as many lines as the compression takes together.
+            BlockDescription::ScanLines => [header.layer_size.0, 256],
+            BlockDescription::Tiles(tiles) => [tiles.tile_size.0, tiles.tile_size.1],
+        };
+        if block.iter().any(|side| *side > MAX_SIDE as usize) {
+            return Err(format!("its tiles have {} x {} pixels", block[0], block[1]));
+        }
+        let bytes = block[0] as u64 * block[1] as u64 * header.channels.bytes_per_pixel as u64;
+        if bytes > MAX_BLOCK_BYTES {
+            return Err(format!(
+                "a block of it has {bytes} bytes, and {MAX_BLOCK_BYTES} are allowed"
+            ));
+        }
+        chunks += header.chunk_count;
+    }
+    // Each has an entry of 8 bytes in a table.
+    if chunks > content.len() / 8 {
+        return Err(format!("the file is too short for its {chunks} blocks"));
+    }
+    for chunk in reader.all_chunks(false).map_err(|e| e.to_string())? {
+        chunk.map_err(|e| format!("a block is damaged or missing: {e}"))?;
+    }
+    Ok(())
+}
+
+/// Of a block of pixels that is decoded at once.
+const MAX_BLOCK_BYTES: u64 = 512 << 20;
 
 /// Further values for each pixel of an EXR file, as channels `name.R`, `name.G`, `name.B`.
 #[derive(Debug, Clone, Copy)]
@@ -161,7 +215,7 @@ pub fn write_exr(path: &Path, image: &RgbImage, layers: &[Layer], comment: &str)
         Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(channels),
     );
-    let mut file = std::io::Cursor::new(Vec::new());
+    let mut file = Cursor::new(Vec::new());
     (Image::from_layer(layer).write().to_buffered(&mut file)).map_err(|e| Error::Output {
         file: path.to_owned(),
         reason: e.to_string(),
@@ -269,6 +323,46 @@ mod tests {
         }
     }
 
+    /// A header may claim anything: 789 million columns, which decoders take memory for.
+    #[test]
+    fn what_headers_claim_is_judged_before_memory_is_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.exr");
+        write_exr(&path, &gradient(), &[], "").unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let window = |name: &str| {
+            let key = [name.as_bytes(), b"\0box2i\0\x10\0\0\0"].concat();
+            whole.windows(key.len()).position(|at| at == key).unwrap() + key.len()
+        };
+        let claims = |places: &[(usize, i32)], reason: &str| {
+            let mut file = whole.clone();
+            for &(at, value) in places {
+                file[at..at + 4].copy_from_slice(&value.to_le_bytes());
+            }
+            std::fs::write(&path, file).unwrap();
+            let message = read_rgb(&path).unwrap_err().to_string();
+            assert!(message.contains(reason), "{message}");
+        };
+        let (data, display) = (window("dataWindow"), window("displayWindow"));
+        claims(
+            &[(data + 8, 789_512_208)],
+            "data window has 789512209 x 3 pixels",
+        );
+        claims(&[(data + 8, 16_384)], "data window has 16385 x 3 pixels");
+        claims(
+            &[(display + 8, 16_384)],
+            "display window has 16385 x 3 pixels",
+        );
+        // Within the limits, but the file has not so many blocks, or so large ones.
+        claims(&[(data + 12, 16_000)], "chunk count");
+        claims(&[(data + 8, 16_000)], "cannot be decoded");
+        // As many columns as before, far away.
+        claims(
+            &[(data, 1 << 30), (data + 8, (1 << 30) + 4)],
+            "data window begins at",
+        );
+    }
+
     #[test]
     fn missing_files_folders_and_other_formats_are_refused() {
         let folder = tempfile::tempdir().unwrap();
@@ -287,14 +381,5 @@ mod tests {
         let rgb = [255, 0, 0, 0, 128, 7];
         write_png(&path, 2, 1, &rgb).unwrap();
         assert_eq!(image::open(&path).unwrap().into_rgb8().into_raw(), rgb);
-    }
-
-    #[test]
-    fn unwritable_places_are_found_before_the_work() {
-        let folder = tempfile::tempdir().unwrap();
-        assert!(check_writable(&folder.path().join("map.exr")).is_ok());
-        assert!(!folder.path().join("map.exr").exists());
-        assert!(check_writable(&folder.path().join("missing/map.exr")).is_err());
-        assert!(check_writable(folder.path()).is_err());
     }
 }

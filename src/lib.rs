@@ -64,8 +64,8 @@
 //! The method `beams` throws triangles only, without the light's width. The method `points` replaces them
 //! and sample by *trace points* and *splat points*. [`render::Method`] lists them.
 //!
-//! [`tone_map`] turns linear radiance into sRGB bytes, and [`image_file`] writes EXR and PNG files
-//! whole or not at all.
+//! [`tone_map`] turns linear radiance into sRGB bytes, [`image_file`] reads and writes EXR and PNG files, and
+//! [`output`] writes files whole or not at all.
 //!
 //! [`mod@reference`] computes the same light maps on the CPU in f64, unbiased, with a standard error for
 //! every texel, and keeps them on disk. It imports neither `gpu` nor `render`; its law of reflection is in
@@ -82,11 +82,13 @@
 pub mod error;
 pub mod gpu;
 pub mod image_file;
+mod input;
 pub mod measure;
 pub mod method {
     #![doc = include_str!("method.md")]
 }
 pub mod optics;
+pub mod output;
 pub mod reference;
 pub mod render;
 pub mod scene;

@@ -3,15 +3,33 @@
 mod cli;
 
 use clap::Parser;
+use nephroid::Error;
 use std::process::ExitCode;
+
+/// Bytes of every thread's stack, whatever `ulimit -s` says: drivers start threads, too.
+const STACK: usize = 8 << 20;
 
 fn main() -> ExitCode {
     nephroid::gpu::keep_freed_memory();
-    match cli::Cli::parse().run() {
+    nephroid::gpu::set_stack_of_threads(STACK);
+    let run = std::thread::Builder::new().stack_size(STACK).spawn(run);
+    run.expect("a thread can be started")
+        .join()
+        .expect("the thread does not panic")
+}
+
+fn run() -> ExitCode {
+    let arguments = cli::Cli::parse();
+    cli::signals::listen();
+    match arguments.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(error.exit_code())
+            cli::terminal::log("error", &error.to_string());
+            let code = match error {
+                Error::Cancelled => cli::signals::exit_code(),
+                _ => None,
+            };
+            ExitCode::from(code.unwrap_or(error.exit_code()))
         }
     }
 }

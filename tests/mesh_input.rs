@@ -3,7 +3,7 @@
 mod common;
 
 use common::folder::{Folder, OBJ, SCENE, area, load_obj, mesh};
-use common::refuses;
+use common::{Device, footprint, refuses};
 use glam::DVec3;
 use nephroid::scene::MaterialKind;
 
@@ -192,8 +192,16 @@ fn mirrors_that_face_away_are_named() {
         "kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]",
         "kind = \"dielectric\"\nior = 1.5",
     );
+    let shadow = "\n[[object]]\nname = \"roof\"\nmaterial = \"plaster\"\n\
+        rect = { origin = [-5.0, 1.5, 5.0], edge_u = [10.0, 0.0, 0.0], edge_v = [0.0, 0.0, -10.0] }\n";
+    let shadowed = [&lit, shadow].concat();
+    let device = Device::open();
     for (scene, expected) in [
         (&SCENE.to_owned(), None),
+        (
+            &shadowed,
+            Some("other objects, or itself, keep all light from its faces that look toward one"),
+        ),
         (&sunny, Some("all of its faces look away from every light")),
         (&lit, None),
         (&grazed, None),
@@ -204,17 +212,17 @@ fn mirrors_that_face_away_are_named() {
         ),
         (
             &behind,
-            Some("its faces that look toward a light look away from every receiver"),
+            Some(
+                "the light that it sends on reaches no receiver: it misses them all, meets their backs, or is blocked",
+            ),
         ),
         (&glass, None),
     ] {
         let folder = Folder::new();
         folder.write("scene.toml", scene);
-        let notes = folder
-            .load()
-            .unwrap_or_else(|e| panic!("{e}"))
-            .scene
-            .idle_mirrors();
+        let scene_ = folder.load().unwrap_or_else(|e| panic!("{e}")).scene;
+        let mut notes = device.renderer(&scene_, &footprint(64)).notes();
+        notes.retain(|note| note.contains("throws no caustic"));
         let expected: Vec<String> = (expected.iter())
             .map(|reason| format!("object \"part\" throws no caustic: {reason}"))
             .collect();

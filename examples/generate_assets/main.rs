@@ -9,7 +9,7 @@ use std::path::Path;
 fn main() -> nephroid::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
     for (path, content) in assets::all() {
-        nephroid::image_file::write_atomically(&root.join(path), &content)?;
+        nephroid::output::write_atomically(&root.join(path), &content)?;
         println!("{path}: {} bytes", content.len());
     }
     Ok(())

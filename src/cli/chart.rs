@@ -1,7 +1,9 @@
 //! `nephroid chart`: speed against accuracy.
 
 use super::files::make_folder;
-use super::{cancel_on_ctrl_c, load_scene, print, progress_bar};
+use super::load_scene;
+use super::signals::cancelled;
+use super::terminal::{escaped, log, print, progress_bar};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions};
@@ -64,7 +66,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let scenes = load_scenes(arguments)?;
     for peer in &peers {
         if !scenes.iter().any(|scene| scene.name == peer.scene) {
-            eprintln!("warning: {}: no scene `{}` here", peer.name, peer.scene);
+            log(
+                "warning",
+                &format!("{}: no scene `{}` here", peer.name, peer.scene),
+            );
         }
     }
     let files = ["html", "svg", "csv", "json"].map(|kind| format!("chart.{kind}"));
@@ -79,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         false => Plan::full(),
     };
     let mut chart = Chart::new(context.info());
-    let cancel = cancel_on_ctrl_c();
+    let cancel = cancelled();
     let bar = progress_bar(BAR as u64 * scenes.len() as u64);
     let mut result = Ok(());
     for (index, scene) in scenes.iter().enumerate() {
@@ -102,17 +107,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         print(&format!(
             "{}: {}, {width} x {height}",
             scene.scene, scene.receiver
-        ));
+        ))?;
         for verdict in &scene.verdicts {
-            print(&format!("  {verdict}"));
+            print(&format!("  {verdict}"))?;
         }
     }
     let page = arguments.output.join("chart.html");
     if !chart.scenes.is_empty() {
-        print(&page.display().to_string());
+        print(&page.display().to_string())?;
     }
     if result.is_err() && !chart.scenes.is_empty() {
-        eprintln!("note: {} has the scenes before", page.display());
+        log("note", &format!("{} has the scenes before", page.display()));
     }
     result
 }
@@ -136,7 +141,7 @@ fn measure(
     } = charted;
     let show = |fraction: f64, message: String| {
         bar.set_position((BAR * (index as f64 + fraction)) as u64);
-        bar.set_message(format!("{name}: {message}"));
+        bar.set_message(escaped(&format!("{name}: {message}")));
     };
     let options = Options {
         error: plan.reference_error,

@@ -1,6 +1,6 @@
 //! `nephroid compare`: errors of an image or a sequence.
 
-use super::{print, print_json};
+use super::terminal::{print, print_json};
 use clap::Args;
 use nephroid::image_file::read_rgb;
 use nephroid::measure::{Comparison, SequenceComparison, SequenceMeter, compare};
@@ -28,20 +28,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
     if a.is_dir() && b.is_dir() {
         let comparison = sequence(a, b)?;
-        if arguments.json {
-            print_json(&comparison);
-        } else {
-            print(&describe_sequence(&comparison));
+        match arguments.json {
+            true => print_json(&comparison),
+            false => print(&describe_sequence(&comparison)),
         }
     } else {
         let comparison = compare(&read_rgb(a)?, &read_rgb(b)?)?;
-        if arguments.json {
-            print_json(&comparison);
-        } else {
-            print(&describe(&comparison));
+        match arguments.json {
+            true => print_json(&comparison),
+            false => print(&describe(&comparison)),
         }
     }
-    Ok(())
 }
 
 fn sequence(a: &Path, b: &Path) -> Result<SequenceComparison> {

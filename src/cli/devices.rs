@@ -1,6 +1,6 @@
 //! `nephroid devices`: what Vulkan offers.
 
-use super::{print, print_json};
+use super::terminal::{print, print_json};
 use clap::Args;
 use nephroid::Result;
 use nephroid::gpu::list_devices;
@@ -16,8 +16,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let devices = list_devices()?;
     if arguments.json {
-        print_json(&devices);
-        return Ok(());
+        return print_json(&devices);
     }
     for (index, device) in devices.iter().enumerate() {
         let unsuitable = device.unsuitable.as_ref();
@@ -25,7 +24,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         print(&format!(
             "{index}  {} ({}, Vulkan {}, {}){remark}",
             device.name, device.kind, device.api_version, device.driver
-        ));
+        ))?;
     }
     Ok(())
 }

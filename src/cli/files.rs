@@ -2,7 +2,7 @@
 
 use super::timeline::{Shot, Timeline};
 use clap::Args;
-use nephroid::image_file::check_writable;
+use nephroid::output::{cannot_write, check_writable};
 use nephroid::scene::Scene;
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -38,7 +38,8 @@ impl Files {
             });
         }
         let shots = timeline.shots(&self.output);
-        check_writable(&shots[0].file)?;
+        // The last one has the longest name.
+        check_writable(&shots[shots.len() - 1].file)?;
         Ok(shots)
     }
 }
@@ -71,6 +72,11 @@ impl MapFiles {
     }
 }
 
+/// A path in a report: what of it is not Unicode is shown as such.
+pub fn lossy<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}
+
 /// Whether the file's name ends so, in letters of either case.
 pub fn has_extension(path: &Path, wanted: &str) -> bool {
     path.extension()
@@ -79,10 +85,6 @@ pub fn has_extension(path: &Path, wanted: &str) -> bool {
 
 /// Makes a folder, and finds out before the work whether these files can be written there.
 pub fn make_folder(folder: &Path, files: &[impl AsRef<Path>]) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|error| Error::Output {
-        file: folder.to_owned(),
-        reason: error.to_string(),
-        remedy: "name a folder that you may write to".into(),
-    })?;
+    std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
     (files.iter()).try_for_each(|file| check_writable(&folder.join(file)))
 }

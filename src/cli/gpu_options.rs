@@ -1,11 +1,12 @@
 //! What `render` and `bake` share: options of the renderer, stills and sequences, profiling,
 //! reports.
 
-use super::files::Files;
+use super::files::{Files, lossy};
+use super::signals::{cancelled, watcher};
+use super::terminal::{log, log_some, print, print_json, progress_bar};
 use super::timeline::{Shot, Timeline, each_frame, numbered};
-use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json};
+use super::{LightMapSize, load_scene};
 use clap::Args;
-use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
@@ -149,7 +150,7 @@ impl Complaints {
 impl Drop for Complaints {
     fn drop(&mut self) {
         for message in self.0.take() {
-            eprintln!("validation: {message}");
+            log("validation", &message);
         }
     }
 }
@@ -157,6 +158,7 @@ impl Drop for Complaints {
 /// What every report of a rendering says.
 #[derive(Serialize)]
 pub struct Report {
+    #[serde(serialize_with = "lossy")]
     pub file: PathBuf,
     pub device: DeviceInfo,
     /// `None` without a caustic.
@@ -177,6 +179,7 @@ pub struct Report {
 
 #[derive(Serialize)]
 pub struct FrameReport {
+    #[serde(serialize_with = "lossy")]
     pub file: PathBuf,
     /// In the scene, s.
     pub time: f64,
@@ -235,17 +238,17 @@ impl GpuOptions {
         job: &impl Job,
     ) -> Result<()> {
         if job.has_caustic() {
-            for note in session.renderer.notes() {
-                eprintln!("note: {note}");
-            }
+            log_some("note", &session.renderer.notes());
         }
         let report = if self.timeline.is_sequence() {
             self.sequence(session, &numbered(&files.output, "####"), shots, job)?
         } else {
             self.still(session, &files.output, job)?
         };
-        report.print(self.json);
-        Ok(())
+        match self.json {
+            true => print_json(&report),
+            false => print(&report.text()),
+        }
     }
 
     /// Renders and writes the frames one by one.
@@ -256,9 +259,10 @@ impl GpuOptions {
         shots: &[Shot],
         job: &impl Job,
     ) -> Result<Report> {
+        session.renderer.watch(Some(watcher(false)));
         let mut profiles = Vec::new();
         let mut submissions = Submissions::default();
-        let frames = each_frame(shots, cancel_on_ctrl_c(), |shot| {
+        let frames = each_frame(shots, cancelled(), |shot| {
             let start = Instant::now();
             session.show(shot.time)?;
             let update = start.elapsed().as_secs_f64();
@@ -314,13 +318,14 @@ impl GpuOptions {
     fn still(&self, mut session: Session, file: &Path, job: &impl Job) -> Result<Report> {
         let (renderer, scene) = (&mut session.renderer, &session.scene);
         let frame = |renderer: &mut Renderer| job.render(renderer, scene);
+        renderer.watch(Some(watcher(!self.profile)));
         // The first frame pays for what drivers put off, so it is not the one that is timed.
         frame(renderer)?;
         let mut times = Vec::new();
         let mut submissions = Submissions::default();
         let mut passes = None;
         if self.profile {
-            let bar = ProgressBar::new((WARM_UP + 2 * FRAMES) as u64);
+            let bar = progress_bar((WARM_UP + 2 * FRAMES) as u64);
             for _ in 0..WARM_UP {
                 frame(renderer)?;
                 bar.inc(1);
@@ -345,6 +350,7 @@ impl GpuOptions {
             times.push(start.elapsed().as_secs_f64());
             submissions = renderer.submissions();
         }
+        renderer.watch(None);
         let report = Report {
             file: file.to_owned(),
             device: session.context.info().clone(),
@@ -377,18 +383,17 @@ fn times_of_passes(
 }
 
 impl Report {
-    /// Prints the report, as JSON or for a person.
-    pub fn print(&self, json: bool) {
-        if json {
-            return print_json(self);
-        }
+    /// For a person.
+    fn text(&self) -> String {
         let device = &self.device;
         let frames = self
             .frames
             .as_ref()
             .map_or(String::new(), |frames| format!("  {} frames", frames.len()));
-        print(&format!("{}{frames}", self.file.display()));
-        print(&format!("device  {} ({})", device.name, device.driver));
+        let mut lines = vec![
+            format!("{}{frames}", self.file.display()),
+            format!("device  {} ({})", device.name, device.driver),
+        ];
         if let Some(caustic) = &self.caustic {
             let method = format!("{:?}", caustic.method).to_lowercase();
             let unit = if caustic.method == Method::Points {
@@ -399,40 +404,40 @@ impl Report {
             let lit = caustic
                 .lit
                 .map_or(String::new(), |count| format!(", {count} lit"));
-            print(&format!(
-                "method  {method}, {} {unit}{lit}",
-                caustic.samples
-            ));
+            lines.push(format!("method  {method}, {} {unit}{lit}", caustic.samples));
         }
-        print(&format!("frame   {:.2} ms", 1e3 * self.frame.median));
+        lines.push(format!("frame   {:.2} ms", 1e3 * self.frame.median));
         if let Some(update) = &self.update {
-            print(&format!("update  {:.2} ms of it", 1e3 * update.median));
+            lines.push(format!("update  {:.2} ms of it", 1e3 * update.median));
         }
-        let Some(passes) = &self.passes else { return };
-        print("\npass            median ms   p95 ms   share   device ms");
+        if let Some(passes) = &self.passes {
+            lines.extend(self.pass_lines(passes));
+        }
+        lines.join("\n")
+    }
+
+    fn pass_lines(&self, passes: &[PassProfile]) -> Vec<String> {
         let row = |name: &str, wall: &Spread, share: f64, gpu: Option<f64>| {
             let gpu = gpu.map_or("-".into(), |seconds| format!("{:.3}", 1e3 * seconds));
-            print(&format!(
+            format!(
                 "{name:<14} {:>10.3} {:>8.3} {:>6.1}% {gpu:>11}",
                 1e3 * wall.median,
                 1e3 * wall.p95,
                 100.0 * share
-            ));
+            )
         };
-        for pass in passes {
-            row(
-                pass.name,
-                &pass.wall,
-                pass.share,
-                pass.gpu.map(|spread| spread.median),
-            );
-        }
-        row("whole frame", &self.frame, 1.0, None);
+        let mut lines = vec!["\npass            median ms   p95 ms   share   device ms".into()];
+        lines.extend(passes.iter().map(|pass| {
+            let gpu = pass.gpu.map(|spread| spread.median);
+            row(pass.name, &pass.wall, pass.share, gpu)
+        }));
+        lines.push(row("whole frame", &self.frame, 1.0, None));
         let Submissions { count, longest } = self.submissions;
-        print(&format!(
-            "submissions of a frame: {count}; the longest {:.1} ms",
+        lines.push(format!(
+            "passes: submitted one by one, wall time; whole frame: {count} submission{}, the longest {:.1} ms",
+            if count == 1 { "" } else { "s" },
             1e3 * longest
         ));
-        print("passes: submitted one by one, wall time; whole frame: in one submission");
+        lines
     }
 }

@@ -3,22 +3,23 @@
 mod bake;
 mod chart;
 mod compare;
+mod completions;
 mod devices;
 mod files;
 mod gpu_options;
 mod reference;
 mod render;
+pub mod signals;
 mod stress;
+pub mod terminal;
 mod timeline;
 
 use clap::{Parser, Subcommand};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use nephroid::Result;
 use nephroid::scene::{self, Loaded, MAX_LIGHT_MAP_SIDE, light_map_side};
-use nephroid::{Error, Result};
-use std::io::Write;
 use std::path::Path;
 use std::str::FromStr;
-use std::sync::atomic::{AtomicBool, Ordering};
+use terminal::log_some;
 
 /// Caustics in real time
 #[derive(Parser)]
@@ -37,6 +38,7 @@ enum Command {
     Stress(stress::Arguments),
     Chart(chart::Arguments),
     Devices(devices::Arguments),
+    Completions(completions::Arguments),
 }
 
 impl Cli {
@@ -50,6 +52,7 @@ impl Cli {
             Command::Stress(arguments) => stress::run(&arguments),
             Command::Chart(arguments) => chart::run(&arguments),
             Command::Devices(arguments) => devices::run(&arguments),
+            Command::Completions(arguments) => completions::run(&arguments),
         }
     }
 }
@@ -95,43 +98,8 @@ impl LightMapSize {
 /// Loads a scene; warnings go to the log.
 pub fn load_scene(path: &Path) -> Result<Loaded> {
     let loaded = scene::load(path)?;
-    for warning in &loaded.warnings {
-        eprintln!("warning: {warning}");
-    }
+    log_some("warning", &loaded.warnings);
     Ok(loaded)
-}
-
-/// Becomes true at the first Ctrl-C; the second ends the program at once. Files are replaced
-/// whole, so either leaves nothing half-written.
-pub fn cancel_on_ctrl_c() -> &'static AtomicBool {
-    static CANCEL: AtomicBool = AtomicBool::new(false);
-    let handler = || {
-        if CANCEL.swap(true, Ordering::Relaxed) {
-            std::process::exit(Error::Cancelled.exit_code().into());
-        }
-    };
-    if let Err(error) = ctrlc::set_handler(handler) {
-        eprintln!("warning: Ctrl-C will end the program at once: {error}");
-    }
-    &CANCEL
-}
-
-/// A bar of `length` steps, on stderr, and only if that is a terminal.
-pub fn progress_bar(length: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg} {eta} left");
-    bar.set_style(style.expect("the template is valid"));
-    bar
-}
-
-/// Prints a result. A reader that stopped listening is no error.
-pub fn print(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
-}
-
-/// Prints a result as JSON.
-pub fn print_json(value: &impl serde::Serialize) {
-    print(&serde_json::to_string_pretty(value).expect("results have string keys"));
 }
 
 #[cfg(test)]

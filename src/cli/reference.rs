@@ -1,8 +1,10 @@
 //! `nephroid reference`: ground truth on the CPU.
 
-use super::files::MapFiles;
+use super::files::{MapFiles, lossy};
+use super::signals::cancelled;
+use super::terminal::{log, print, print_json, progress_bar};
 use super::timeline::{Timeline, each_frame};
-use super::{LightMapSize, cancel_on_ctrl_c, load_scene, print, print_json, progress_bar};
+use super::{LightMapSize, load_scene};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::Result;
@@ -31,8 +33,9 @@ pub struct Arguments {
     /// WIDTHxHEIGHT
     #[arg(long)]
     lightmap: Option<LightMapSize>,
-    /// Stop after this many rays, even if the error is larger than asked for
-    #[arg(long, default_value_t = Options::default().max_samples)]
+    /// Stop after about this many rays, a round of about a million at least, even if the error is larger than
+    /// asked for
+    #[arg(long, default_value_t = Options::default().max_samples, value_parser = clap::value_parser!(u64).range(1..))]
     max_samples: u64,
     /// The same seed gives the same bits
     #[arg(long, default_value_t = Options::default().seed)]
@@ -48,6 +51,7 @@ pub struct Arguments {
 /// What is printed at the end.
 #[derive(Serialize)]
 struct Summary {
+    #[serde(serialize_with = "lossy")]
     file: PathBuf,
     receiver: String,
     width: u32,
@@ -68,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let scene = animation.at(shots[0].time);
     let (receiver, texels) = arguments.map.find_receiver(&scene)?;
     let texels = (arguments.lightmap).map_or(texels, |size| size.texels(texels));
-    let cancel = cancel_on_ctrl_c();
+    let cancel = cancelled();
     if arguments.timeline.is_sequence() {
         let frames = each_frame(&shots, cancel, |shot| {
             let scene = animation.at(shot.time);
@@ -81,12 +85,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 cancel,
             )
         })?;
-        if arguments.json {
-            print_json(&serde_json::json!({ "frames": frames }));
-        } else {
-            frames.iter().for_each(Summary::print);
-        }
-        return Ok(());
+        return match arguments.json {
+            true => print_json(&serde_json::json!({ "frames": frames })),
+            false => frames.iter().try_for_each(Summary::print),
+        };
     }
     let bar = progress_bar(BAR as u64);
     let mut progress = |progress: &Progress| show(&bar, progress);
@@ -101,12 +103,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     );
     bar.finish_and_clear();
     let summary = made?;
-    if arguments.json {
-        print_json(&summary);
-    } else {
-        summary.print();
+    match arguments.json {
+        true => print_json(&summary),
+        false => summary.print(),
     }
-    Ok(())
 }
 
 /// Solves one frame and writes it.
@@ -130,10 +130,13 @@ fn make(
     };
     let reference = solve(scene, receiver, texels, &options, progress, cancel)?;
     if reference.relative_error > options.error {
-        eprintln!(
-            "warning: stopped after {} rays with a relative error of {:.3} %; raise --max-samples",
-            reference.samples,
-            100.0 * reference.relative_error
+        let percent = 100.0 * reference.relative_error;
+        log(
+            "warning",
+            &format!(
+                "stopped after {} rays with a relative error of {percent:.3} %; raise --max-samples",
+                reference.samples
+            ),
         );
     }
     let image = RgbImage {
@@ -165,7 +168,7 @@ fn make(
 
 impl Summary {
     /// For a person.
-    fn print(&self) {
+    fn print(&self) -> Result<()> {
         let [r, g, b] = self.received_flux;
         let how = match self.from_cache {
             true => ", of an earlier run".into(),
@@ -179,7 +182,7 @@ impl Summary {
             self.height,
             100.0 * self.relative_error,
             self.samples as f64 / 1e6,
-        ));
+        ))
     }
 }
 

@@ -1,7 +1,8 @@
 //! `nephroid stress`: error where methods fail.
 
 use super::files::make_folder;
-use super::{cancel_on_ctrl_c, print, progress_bar};
+use super::signals::cancelled;
+use super::terminal::{log, print, progress_bar};
 use clap::Args;
 use nephroid::gpu::{Context, ContextOptions};
 use nephroid::measure::machine;
@@ -50,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         quick: arguments.quick,
         sweeps: Vec::new(),
     };
-    let cancel = cancel_on_ctrl_c();
+    let cancel = cancelled();
     let bar = progress_bar(
         (sweeps.iter())
             .map(|sweep| sweep.steps(CONTENDERS.len()))
@@ -61,10 +62,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let measured = measure(&context, sweep, &CONTENDERS, &mut || bar.inc(1), cancel);
         if let (Err(_), finished @ 1..) = (&measured, report.sweeps.len()) {
             bar.finish_and_clear();
-            eprintln!(
-                "{}: has the {finished} of {} sweeps that are finished",
-                folder.join("stress.html").display(),
-                sweeps.len()
+            log(
+                "note",
+                &format!(
+                    "{}: has the {finished} of {} sweeps that are finished",
+                    folder.join("stress.html").display(),
+                    sweeps.len()
+                ),
             );
         }
         report.sweeps.push(measured?);
@@ -72,8 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         write(&report, folder)?;
     }
     bar.finish_and_clear();
-    summarise(&report, folder);
-    Ok(())
+    summarise(&report, folder)
 }
 
 fn chosen(names: &[String], quick: bool) -> Result<Vec<Sweep>> {
@@ -94,9 +97,9 @@ fn chosen(names: &[String], quick: bool) -> Result<Vec<Sweep>> {
     })
 }
 
-fn summarise(report: &Report, folder: &Path) {
-    print(&folder.join("stress.html").display().to_string());
-    print(&format!("device  {} ({})", report.device, report.driver));
+fn summarise(report: &Report, folder: &Path) -> Result<()> {
+    print(&folder.join("stress.html").display().to_string())?;
+    print(&format!("device  {} ({})", report.device, report.driver))?;
     for verdict in verdicts(report) {
         let name = &verdict.sweep.name;
         for broken in &verdict.breaks {
@@ -104,7 +107,8 @@ fn summarise(report: &Report, folder: &Path) {
                 "{:<10} {name:<14} {}",
                 verdict.method,
                 broken.sentence()
-            ));
+            ))?;
         }
     }
+    Ok(())
 }

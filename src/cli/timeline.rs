@@ -1,6 +1,6 @@
 //! Which times a command renders, and the file of each.
 
-use super::progress_bar;
+use super::terminal::progress_bar;
 use clap::Args;
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -88,11 +88,14 @@ impl Timeline {
     }
 }
 
-/// `name.exr` as `name.NUMBER.exr`
+/// `name.exr` as `name.NUMBER.exr`, whatever the bytes of the name.
 pub fn numbered(output: &Path, number: &str) -> PathBuf {
-    let [stem, extension] = [output.file_stem(), output.extension()]
-        .map(|part| part.unwrap_or_default().to_string_lossy());
-    output.with_file_name(format!("{stem}.{number}.{extension}"))
+    let mut name = output.file_stem().unwrap_or_default().to_owned();
+    name.push(".");
+    name.push(number);
+    name.push(".");
+    name.push(output.extension().unwrap_or_default());
+    output.with_file_name(name)
 }
 
 /// Makes the frames of a sequence one after the other, those after one that fails, too.
@@ -156,6 +159,13 @@ mod tests {
         let name = |output: &str| numbered(Path::new(output), "0012");
         assert_eq!(name("out/view.png"), Path::new("out/view.0012.png"));
         assert_eq!(name("a.b.exr"), Path::new("a.b.0012.exr"));
+        #[cfg(unix)]
+        {
+            use std::ffi::OsStr;
+            use std::os::unix::ffi::OsStrExt;
+            let path = |bytes: &[u8]| PathBuf::from(OsStr::from_bytes(bytes));
+            assert_eq!(numbered(&path(b"\xff.exr"), "0012"), path(b"\xff.0012.exr"));
+        }
     }
 
     #[test]

@@ -15,3 +15,25 @@ pub fn keep_freed_memory() {
         libc::mallopt(libc::M_MMAP_THRESHOLD, 32 << 20);
     }
 }
+
+/// Gives threads that are started from now on a stack of so many bytes, those of drivers included, which otherwise
+/// follow `ulimit -s`. Only glibc has such a setting; elsewhere nothing happens.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+pub fn set_stack_of_threads(bytes: usize) {
+    unsafe extern "C" {
+        fn pthread_setattr_default_np(attributes: *const libc::pthread_attr_t) -> libc::c_int;
+    }
+    let mut attributes = std::mem::MaybeUninit::uninit();
+    // SAFETY: the attributes are initialised before they are used, and destroyed after. Where a call fails, the default
+    // stays.
+    unsafe {
+        if libc::pthread_attr_init(attributes.as_mut_ptr()) == 0 {
+            libc::pthread_attr_setstacksize(attributes.as_mut_ptr(), bytes);
+            pthread_setattr_default_np(attributes.as_ptr());
+            libc::pthread_attr_destroy(attributes.as_mut_ptr());
+        }
+    }
+}
+
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+pub fn set_stack_of_threads(_: usize) {}

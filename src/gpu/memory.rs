@@ -31,7 +31,10 @@ fn allocate(
                 requirements.size.div_ceil(1_000_000)
             ),
             reason: error.to_string(),
-            remedy: "ask for fewer samples or smaller light maps".into(),
+            remedy: match name {
+                "view" => "ask for a smaller picture".into(),
+                _ => "ask for fewer samples or smaller light maps".into(),
+            },
         })
 }
 

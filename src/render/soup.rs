@@ -7,7 +7,7 @@ use super::bvh::Bvh;
 use super::layout::{self, BLOCKS, IS_CURVED};
 use crate::error::{Error, Result};
 use crate::scene::{Atlas, Geometry, Mesh, Scene};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -168,6 +168,64 @@ impl Soup {
         self.bvh = Bvh::new(&self.triangles);
         self.arrange();
         true
+    }
+}
+
+/// Rays on the host, for messages; the device traces its own.
+impl Soup {
+    /// Whether anything that blocks light crosses the ray before `length`, m.
+    pub fn is_blocked(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
+        let mut farthest = length;
+        self.bvh
+            .walk(origin, direction, &mut farthest, |place, farthest| {
+                let triangle = &self.triangles[place];
+                if triangle.blocks & BLOCKS != 0 && meets(triangle, origin, direction) < *farthest {
+                    *farthest = -1.0; // nothing else matters
+                }
+            });
+        farthest < 0.0
+    }
+
+    /// The nearest triangle along a ray of those that block light or are `wanted`.
+    pub fn nearest(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        wanted: impl Fn(&layout::Triangle) -> bool,
+    ) -> Option<&layout::Triangle> {
+        let (mut farthest, mut nearest) = (f32::INFINITY, None);
+        self.bvh
+            .walk(origin, direction, &mut farthest, |place, farthest| {
+                let triangle = &self.triangles[place];
+                let distance = meets(triangle, origin, direction);
+                if distance < *farthest && (triangle.blocks & BLOCKS != 0 || wanted(triangle)) {
+                    (*farthest, nearest) = (distance, Some(triangle));
+                }
+            });
+        nearest
+    }
+
+    /// Length of the scene's diagonal, m.
+    pub fn size(&self) -> f32 {
+        self.bvh.size()
+    }
+}
+
+/// Where a ray crosses the triangle, m; infinite where it does not (Möller & Trumbore 1997).
+fn meets(triangle: &layout::Triangle, origin: Vec3, direction: Vec3) -> f32 {
+    let p = direction.cross(triangle.edge2);
+    let determinant = triangle.edge1.dot(p);
+    let from_corner = origin - triangle.position;
+    let q = from_corner.cross(triangle.edge1);
+    let (u, v) = (
+        from_corner.dot(p) / determinant,
+        direction.dot(q) / determinant,
+    );
+    let distance = triangle.edge2.dot(q) / determinant;
+    // NaN, of a triangle seen from its edge, is in no range.
+    match u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0 {
+        true => distance,
+        false => f32::INFINITY,
     }
 }
 

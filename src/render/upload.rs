@@ -308,6 +308,34 @@ impl DeviceScene {
         receiver_of(tile, self.flat_count as usize)
     }
 
+    /// Suns and lamps as they are now.
+    pub fn lights_now(&self) -> Vec<layout::Light> {
+        lights(&self.scene, self.soup.origin).map_or(Vec::new(), |lights| lights.suns)
+    }
+
+    /// Says so where there are much more or fewer patches than asked for, and why.
+    pub fn patch_note(&self, method: super::Method, samples: u32) -> Option<String> {
+        const CLOSE: f64 = 1.5;
+        let (made, asked) = (f64::from(self.patch_count), f64::from(samples));
+        let triangles = self.reflector_count;
+        if method == super::Method::Points
+            || triangles == 0
+            || (asked / CLOSE..=asked * CLOSE).contains(&made)
+        {
+            return None;
+        }
+        let patches = self.patch_count;
+        let reason = match patches == triangles {
+            true => "there is one for every triangle that faces a light, and never less".into(),
+            false => format!(
+                "each of the {triangles} triangles that face a light is divided into n² patches, n a whole number"
+            ),
+        };
+        Some(format!(
+            "{patches} patches are made, not {samples}: {reason}"
+        ))
+    }
+
     /// Sides that all light maps fit into, texels.
     pub fn largest_light_map(&self) -> [u32; 2] {
         [0, 1].map(|axis| {

@@ -1,9 +1,7 @@
-//! Where a scene may read files, and how much.
+//! Where a scene may read files.
 
-use super::memory;
-use crate::error::{Error, Result};
-use std::fs::File;
-use std::io::Read;
+use crate::error::Result;
+use crate::input::unreadable;
 use std::path::{Component, Path, PathBuf};
 
 /// The folder that a scene's files may come from: the nearest folder above the scene file that is
@@ -94,60 +92,27 @@ impl AssetRoot {
         if !real.starts_with(&self.0) {
             return Err(outside());
         }
-        Ok(path)
+        // For messages, without `scenes/../`, unless a link leads elsewhere.
+        let short = shortened(&path);
+        match short.canonicalize() {
+            Ok(same) if same == real => Ok(short),
+            _ => Ok(path),
+        }
     }
 }
 
-/// The bytes of a file of at most `limit` bytes.
-pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
-    // Opening a pipe would wait for its writer.
-    let metadata = path.metadata().map_err(|e| unreadable(path, &e))?;
-    if !metadata.is_file() {
-        let what = if metadata.is_dir() {
-            "a folder"
-        } else {
-            "not a regular file"
-        };
-        return Err(refused(path, &format!("it is {what}"), "name a file"));
+/// The path without folders that `..` leaves at once.
+fn shortened(path: &Path) -> PathBuf {
+    let mut short = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::ParentDir
+                if matches!(short.components().next_back(), Some(Component::Normal(_))) =>
+            {
+                short.pop();
+            }
+            component => short.push(component),
+        }
     }
-    (memory::check("its content", metadata.len().min(limit)))
-        .map_err(|reason| refused(path, &reason, memory::REMEDY))?;
-    let mut content = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(limit + 1).read_to_end(&mut content))
-        .map_err(|e| unreadable(path, &e))?;
-    if content.len() as u64 > limit {
-        let reason = format!("the file is larger than {} MiB", limit >> 20);
-        return Err(refused(path, &reason, "use a smaller file"));
-    }
-    Ok(content)
-}
-
-/// An error of a whole file.
-pub fn refused(path: &Path, reason: &str, remedy: &str) -> Error {
-    Error::Input {
-        file: path.to_owned(),
-        place: None,
-        reason: reason.into(),
-        remedy: remedy.into(),
-    }
-}
-
-/// An error on a line of a file.
-pub fn at_line(path: &Path, line: usize, reason: &str, remedy: &str) -> Error {
-    Error::Input {
-        file: path.to_owned(),
-        place: Some(format!("line {line}")),
-        reason: reason.into(),
-        remedy: remedy.into(),
-    }
-}
-
-fn unreadable(path: &Path, error: &std::io::Error) -> Error {
-    let reason = format!("cannot be read: {error}");
-    refused(
-        path,
-        &reason,
-        "check the path and your right to read the file",
-    )
+    short
 }

@@ -1,10 +1,11 @@
 //! Equirectangular radiance images: Radiance `.hdr` and OpenEXR `.exr`.
 
-use super::asset::{self, refused};
 use super::{EnvironmentMap, MAX_RADIANCE, memory};
 use crate::error::{Error, Result};
-use image::codecs::{hdr::HdrDecoder, openexr::OpenExrDecoder};
-use image::{DynamicImage, ImageDecoder, ImageResult};
+use crate::image_file::{RgbImage, decode_exr};
+use crate::input::{self, refused};
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -20,18 +21,11 @@ const MAX_BYTES: u64 = 1 << 30;
 /// not a radiance.
 pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
-    let undecodable = |e: image::ImageError| {
-        let reason = format!("cannot be decoded: {e}");
-        refused(
-            path,
-            &reason,
-            "export the image again as .hdr or .exr with RGB channels",
-        )
-    };
-    let content = || asset::read(path, MAX_BYTES).map(Cursor::new);
     let (image, factor) = match extension.as_deref().and_then(|e| e.to_str()) {
         Some("hdr") => {
-            let decoder = HdrDecoder::new(content()?).map_err(undecodable)?;
+            let content = input::read(path, MAX_BYTES)?;
+            let decoder =
+                HdrDecoder::new(Cursor::new(content)).map_err(|e| undecodable(path, e))?;
             // What the file says its pixels were multiplied by.
             let header = decoder.metadata();
             let exposure = header.exposure.unwrap_or(1.0);
@@ -47,11 +41,14 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
                     "correct the header, or export the image again",
                 ));
             }
-            (decode(path, decoder)?, factor)
+            (decode_hdr(path, decoder)?, factor)
         }
         Some("exr") => {
-            let decoder = OpenExrDecoder::new(content()?).map_err(undecodable)?;
-            (decode(path, decoder)?, [1.0; 3])
+            let content = input::read(path, MAX_BYTES)?;
+            (
+                decode_exr(path, content, MAX_SIZE, memory::PIXEL)?,
+                [1.0; 3],
+            )
         }
         _ => {
             let reason = "an environment is an .hdr or .exr image";
@@ -62,8 +59,7 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
             ));
         }
     };
-    let image = image.map_err(undecodable)?.into_rgb32f();
-    let (width, height) = image.dimensions();
+    let RgbImage { width, height, .. } = image;
     if width != 2 * height {
         warnings.push(format!(
             "{}: {width} x {height} pixels, but an equirectangular image is twice as wide as high",
@@ -71,7 +67,8 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
         ));
     }
     let mut radiance = Vec::with_capacity(width as usize * height as usize);
-    for (column, row, pixel) in image.enumerate_pixels() {
+    for (index, pixel) in (0u32..).zip(&image.pixels) {
+        let (column, row) = (index % width, index / width);
         let rgb = std::array::from_fn(|i| pixel[i] / factor[i]);
         // No range contains NaN.
         if !rgb.iter().all(|value| (0.0..=MAX_RADIANCE).contains(value)) {
@@ -94,7 +91,7 @@ pub fn read(path: &Path, warnings: &mut Vec<String>) -> Result<EnvironmentMap> {
 }
 
 /// Pixels of an image whose size has been judged before any memory is taken for it.
-fn decode(path: &Path, decoder: impl ImageDecoder) -> Result<ImageResult<DynamicImage>> {
+fn decode_hdr(path: &Path, decoder: HdrDecoder<Cursor<Vec<u8>>>) -> Result<RgbImage> {
     let (width, height) = decoder.dimensions();
     let [most_across, most_down] = MAX_SIZE;
     if width > most_across || height > most_down {
@@ -108,5 +105,19 @@ fn decode(path: &Path, decoder: impl ImageDecoder) -> Result<ImageResult<Dynamic
     if width == 0 || height == 0 {
         return Err(refused(path, "the image has no pixels", "export it again"));
     }
-    Ok(DynamicImage::from_decoder(decoder))
+    let image = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(path, e))?;
+    Ok(RgbImage {
+        width,
+        height,
+        pixels: image.into_rgb32f().pixels().map(|pixel| pixel.0).collect(),
+    })
+}
+
+fn undecodable(path: &Path, error: image::ImageError) -> Error {
+    let reason = format!("cannot be decoded: {error}");
+    refused(
+        path,
+        &reason,
+        "export the image again as .hdr or .exr with RGB channels",
+    )
 }

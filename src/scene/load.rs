@@ -37,7 +37,7 @@
 //! own folder.
 
 use super::animation::{MeshFrames, Motion, MovingObject};
-use super::asset::{self, AssetRoot, refused};
+use super::asset::AssetRoot;
 use super::atlas::{Atlas, Unwrapping};
 use super::file::{
     CameraEntry, FramesEntry, LightEntry, MaterialEntry, ObjectEntry, Section, SineEntry, Source,
@@ -49,6 +49,7 @@ use super::{
 };
 use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
 use crate::error::Result;
+use crate::input::{self, refused};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -111,7 +112,7 @@ pub struct Loaded {
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) that names file, line and column.
 pub fn load(path: &Path) -> Result<Loaded> {
-    let content = asset::read(path, MAX_BYTES)?;
+    let content = input::read(path, MAX_BYTES)?;
     let text = String::from_utf8(content).map_err(|e| {
         refused(
             path,

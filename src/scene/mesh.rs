@@ -3,7 +3,7 @@
 
 use super::Mesh;
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Corners of an n-gon from which a triangle fan is tried.
 const FAN_STARTS: usize = 64;
@@ -61,6 +61,22 @@ impl Soup {
         Ok(())
     }
 
+    /// Leaves out triangles whose corners are those of an earlier one, in the same
+    /// turning order: their light would count twice. `materials` are the triangles'. Returns how many there were.
+    pub fn drop_duplicates(&mut self, materials: &mut Vec<Option<usize>>) -> usize {
+        let places =
+            (self.triangles.iter()).map(|c| c.map(|corner| self.positions[corner as usize]));
+        let is_first = first_of_equals(places);
+        let mut kept = is_first.iter();
+        self.triangles
+            .retain(|_| *kept.next().expect("one for each"));
+        let mut kept = is_first.iter();
+        self.sources.retain(|_| *kept.next().expect("one for each"));
+        let mut kept = is_first.iter();
+        materials.retain(|_| *kept.next().expect("one for each"));
+        is_first.len() - self.triangles.len()
+    }
+
     /// Half the cross product of two edges, or nothing where rounding decides its direction.
     fn vector_area(&self, corners: [u32; 3]) -> Option<DVec3> {
         let [a, b, c] = corners.map(|corner| self.positions[corner as usize]);
@@ -97,9 +113,9 @@ impl Soup {
     }
 
     /// The mesh of some of the triangles, with equal corners merged where `merge`, and the number of corners
-    /// whose normal was missing the front. A normal behind its face is turned about where it
+    /// whose normal was behind their face. A normal of the file that is behind its face is turned about where it
     /// is more than 120° off, as in a mesh wound the other way round, and replaced by the face's
-    /// otherwise, since the winding decides which side is the front.
+    /// otherwise, since the winding decides which side is the front. A computed one is replaced.
     pub fn mesh(
         &self,
         triangles: &[[u32; 3]],
@@ -113,13 +129,17 @@ impl Soup {
             let face = self.face_normal(corners);
             let triangle = corners.map(|corner| {
                 let position = self.positions[corner as usize];
-                let mut normal = (unit(self.normals[corner as usize]))
+                let own = unit(self.normals[corner as usize]);
+                let mut normal = own
                     .or_else(|| smooth.0.get(&bits(position)).copied().and_then(unit))
                     .unwrap_or(face);
                 let facing = normal.dot(face);
                 if facing <= 0.0 {
                     turned += 1;
-                    normal = if facing < -0.5 { -normal } else { face };
+                    normal = match own.is_some() && facing < -0.5 {
+                        true => -normal,
+                        false => face,
+                    };
                 }
                 let next = mesh.positions.len() as u32;
                 let index = match merge {
@@ -136,6 +156,19 @@ impl Soup {
         }
         (mesh, turned)
     }
+}
+
+/// Whether each triangle is the first with its corners, in the same turning order. The two sides of a sheet
+/// are not equal.
+pub fn first_of_equals(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<bool> {
+    let mut known = HashSet::new();
+    triangles
+        .map(|corners| {
+            let corners = corners.map(bits);
+            let lowest = (0..3).min_by_key(|&i| corners[i]).expect("three");
+            known.insert([0, 1, 2].map(|k| corners[(lowest + k) % 3]))
+        })
+        .collect()
 }
 
 /// Sums of face normals by position.

@@ -7,7 +7,6 @@ mod animation;
 mod asset;
 mod atlas;
 mod environment;
-mod facing;
 mod file;
 mod keyframes;
 pub mod load;

@@ -1,8 +1,8 @@
 //! Material libraries (MTL) of OBJ meshes: `newmtl`, `Kd`, `Ks`, `Ni` and `illum`, read by tobj.
 
 use super::MaterialKind;
-use super::asset::{self, at_line};
 use crate::error::Result;
+use crate::input::{self, at_line};
 use glam::DVec3;
 use std::path::Path;
 
@@ -12,7 +12,7 @@ const MAX_BYTES: u64 = 16 << 20;
 /// The statements of an MTL file that matter, one a line, for tobj, which panics on colours of
 /// less than three numbers. `warnings` gets what is left out and would be seen.
 pub fn plain(path: &Path, warnings: &mut Vec<String>) -> Result<String> {
-    let content = asset::read(path, MAX_BYTES)?;
+    let content = input::read(path, MAX_BYTES)?;
     let text = String::from_utf8_lossy(&content);
     let mut plain = String::new();
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {

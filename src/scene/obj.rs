@@ -1,11 +1,12 @@
 //! Wavefront OBJ meshes, read by tobj from a text that has been looked at line by line before:
 //! tobj's errors name no line, and it misreads some files and panics on others.
 
-use super::asset::{self, AssetRoot, at_line, refused};
-use super::mesh::{SmoothNormals, Soup, unit};
+use super::asset::AssetRoot;
+use super::mesh::{SmoothNormals, Soup, first_of_equals, unit};
 use super::obj_text::Plain;
 use super::{MaterialKind, Mesh, memory, mtl};
 use crate::error::Result;
+use crate::input::{self, at_line, refused};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, HashSet};
 use std::io::Read;
@@ -97,7 +98,35 @@ pub fn read_frames(
             part.meshes.push(next.mesh);
         }
     }
+    let duplicates: usize = parts.iter_mut().map(drop_lasting_duplicates).sum();
+    if duplicates > 0 {
+        warnings.push(format!(
+            "{}: {duplicates} triangles were left out, as in all frames others have the same three corners: their light \
+             would count twice",
+            first_path.display()
+        ));
+    }
     Ok(parts)
+}
+
+/// Leaves out the triangles of an animated mesh that are duplicates in every frame, and returns their number.
+fn drop_lasting_duplicates(part: &mut Part) -> usize {
+    let count = part.meshes[0].triangles.len();
+    let mut is_kept = vec![false; count];
+    for mesh in &part.meshes {
+        let first = first_of_equals((0..count).map(|triangle| mesh.corners(triangle)));
+        (is_kept.iter_mut().zip(first)).for_each(|(kept, first)| *kept |= first);
+    }
+    let keep = |triangles: &mut Vec<_>| {
+        let mut kept = is_kept.iter();
+        triangles.retain(|_| *kept.next().expect("one for each"));
+    };
+    part.meshes
+        .iter_mut()
+        .for_each(|mesh| keep(&mut mesh.triangles));
+    let mut kept = is_kept.iter();
+    (part.uvs).retain(|_| *kept.next().expect("one for each"));
+    count - part.meshes[0].triangles.len()
 }
 
 /// Reads an OBJ file. With `use_mtl` its MTL files are read, too, and there is a part for each
@@ -131,7 +160,7 @@ fn read_file(
     warnings: &mut Vec<String>,
 ) -> Result<Content> {
     let merge = to_follow.is_none();
-    let content = asset::read(path, MAX_BYTES)?;
+    let content = input::read(path, MAX_BYTES)?;
     check_size(path, &content, to_follow.unwrap_or(0))?;
     // Old files have comments in other encodings; all that matters is ASCII.
     let text = String::from_utf8_lossy(&content);
@@ -160,11 +189,10 @@ fn read_file(
     }
 
     let mut soup = Soup::default();
-    // Triangles, and their corners as counted in the file.
-    type Triangles = (Vec<[u32; 3]>, Vec<[u32; 3]>);
-    let mut by_material: BTreeMap<Option<usize>, Triangles> = BTreeMap::new();
+    // Number of the first triangle of each group, and its material.
+    let mut groups: Vec<(usize, Option<usize>)> = Vec::new();
     for model in &models {
-        let first = soup.triangles.len();
+        groups.push((soup.triangles.len(), model.mesh.material_id));
         add(&mut soup, &model.mesh, has_normals, merge).map_err(|reason| {
             let reason = format!("group `{}`: {reason}", model.name);
             refused(
@@ -173,11 +201,25 @@ fn read_file(
                 "cut the polygon into triangles before export",
             )
         })?;
-        let (triangles, sources) = by_material.entry(model.mesh.material_id).or_default();
-        triangles.extend(&soup.triangles[first..]);
-        sources.extend(&soup.sources[first..]);
     }
-    by_material.retain(|_, (triangles, _)| !triangles.is_empty());
+    let of_triangle = |number: usize| {
+        let after = groups.partition_point(|(first, _)| *first <= number);
+        groups[after - 1].1
+    };
+    let mut materials_of: Vec<Option<usize>> = (0..soup.triangles.len()).map(of_triangle).collect();
+    // What corners have in common in one frame of an animation they may not have in the next.
+    let duplicates = match merge {
+        true => soup.drop_duplicates(&mut materials_of),
+        false => 0,
+    };
+    // Triangles, and their corners as counted in the file.
+    type Triangles = (Vec<[u32; 3]>, Vec<[u32; 3]>);
+    let mut by_material: BTreeMap<Option<usize>, Triangles> = BTreeMap::new();
+    for (number, material) in materials_of.into_iter().enumerate() {
+        let (triangles, sources) = by_material.entry(material).or_default();
+        triangles.push(soup.triangles[number]);
+        sources.push(soup.sources[number]);
+    }
     if by_material.is_empty() {
         let any = soup.without_area > 0;
         let reason = if any {
@@ -231,29 +273,35 @@ fn read_file(
         });
     }
 
-    let mixed = if has_normals || plain.bare_corners == plain.corners {
-        0
-    } else {
-        plain.bare_corners
-    };
     let ignored = format!(
         "lines are not supported and left out, the first is {}",
         plain.first_ignored
     );
+    let flat = "corners are at edges too sharp to smooth, and keep the normal of their face";
     for (count, what) in [
         (plain.ignored, ignored.as_str()),
         (
-            mixed,
-            "corners have no normal, so all normals were computed from the faces",
+            if has_normals { 0 } else { plain.bare_corners },
+            "corners have no normal, so all normals were computed: at each vertex the mean of its faces', weighted by \
+             the angle of the corner, across all edges",
         ),
         (soup.without_area, "triangles without area were left out"),
+        (
+            duplicates,
+            "triangles were left out, as others have the same three corners: their light would count twice",
+        ),
         (
             if has_normals { zero_normals } else { 0 },
             "normals of length zero were computed from the faces",
         ),
         (
             behind,
-            "corners had a normal behind their face; the winding decides which side is the front",
+            match has_normals {
+                true => {
+                    "corners had a normal behind their face; the winding decides which side is the front"
+                }
+                false => flat,
+            },
         ),
     ] {
         if count > 0 {

@@ -2,8 +2,8 @@
 //! it takes NaN, makes triangles of points and polylines, loses track of normals where some corners
 //! have none, and overflows on wild indices. Texture coordinates are kept apart from it.
 
-use super::asset::at_line;
 use crate::error::Result;
+use crate::input::at_line;
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -5,13 +5,28 @@ use super::figure::Front;
 use super::{Chart, Peer, Point, SceneChart, Series};
 use serde::Serialize;
 
+/// Text that a spreadsheet would take for a formula is marked as text by an apostrophe (OWASP, *CSV
+/// Injection*).
+pub fn text<S: serde::Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r']) {
+        return serializer.serialize_str(&format!("'{text}"));
+    }
+    serializer.serialize_str(text)
+}
+
 #[derive(Serialize)]
 struct Row<'a> {
+    #[serde(serialize_with = "text")]
     scene: &'a str,
+    #[serde(serialize_with = "text")]
     receiver: &'a str,
+    #[serde(serialize_with = "text")]
     renderer: String,
+    #[serde(serialize_with = "text")]
     hardware: &'a str,
+    #[serde(serialize_with = "text")]
     method: &'a str,
+    #[serde(serialize_with = "text")]
     settings: &'a str,
     samples: Option<u64>,
     light_map_width: Option<u32>,
@@ -28,6 +43,7 @@ struct Row<'a> {
     reference_error: f64,
     above_floor: Option<bool>,
     pareto: bool,
+    #[serde(serialize_with = "text")]
     note: &'a str,
 }
 

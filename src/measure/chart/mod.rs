@@ -25,7 +25,7 @@ pub use strip::{Picture, Strip, Thumbnail};
 
 use super::Spread;
 use crate::error::{Error, Result};
-use crate::image_file::write_atomically;
+use crate::output::write_atomically;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

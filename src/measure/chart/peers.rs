@@ -2,8 +2,12 @@
 
 use super::{Peer, SCHEMA};
 use crate::error::{Error, Result};
+use crate::input;
 use serde::Deserialize;
 use std::path::Path;
+
+/// Bytes of a file.
+const MAX_BYTES: u64 = 16 << 20;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,8 +49,9 @@ pub fn read_peers(path: &Path) -> Result<Vec<Peer>> {
         reason,
         remedy: remedy.into(),
     };
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| refuse(None, e.to_string(), "name a readable JSON file"))?;
+    let content = input::read(path, MAX_BYTES)?;
+    let text = String::from_utf8(content)
+        .map_err(|e| refuse(None, format!("not UTF-8 text: {e}"), "name a JSON file"))?;
     let file: PeerFile = serde_json::from_str(&text).map_err(|e| {
         let place = format!("line {}, column {}", e.line(), e.column());
         // serde_json repeats the place at the end.

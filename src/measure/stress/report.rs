@@ -7,7 +7,7 @@ use super::super::chart::html::{
 };
 use super::{CONTENDERS, End, LIMITS, Limit, Point, SweepReport, Verdict, verdicts};
 use crate::error::Result;
-use crate::image_file::write_atomically;
+use crate::output::write_atomically;
 use plotly::Plot;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -1,0 +1,100 @@
+//! Ctrl-C, SIGTERM and SIGHUP: a command stops by itself where it has something to keep, and is
+//! stopped soon after where it does not.
+
+use super::terminal::log;
+use nephroid::gpu::{Progress, Watcher};
+use nephroid::output::remove_temporary_files;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::{flag, low_level};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Becomes true at the first signal.
+static CANCELLED: AtomicBool = AtomicBool::new(false);
+/// The exit code for the signal that came; 0 before.
+static CODE: AtomicUsize = AtomicUsize::new(0);
+
+/// How long a command may take to stop by itself.
+const GRACE: Duration = Duration::from_millis(700);
+const POLL: Duration = Duration::from_millis(20);
+
+/// True once the user wants the program to stop.
+pub fn cancelled() -> &'static AtomicBool {
+    &CANCELLED
+}
+
+/// The exit code of a program that was stopped: 130 by Ctrl-C, 143 by SIGTERM and SIGHUP.
+pub fn exit_code() -> Option<u8> {
+    u8::try_from(CODE.load(Ordering::Relaxed))
+        .ok()
+        .filter(|code| *code != 0)
+}
+
+/// Listens from now on. Files are replaced whole and temporary ones removed, so that a stop leaves nothing
+/// half-written.
+pub fn listen() {
+    let code = Arc::new(AtomicUsize::new(0));
+    for (signal, exit_code) in [(SIGINT, 130), (SIGTERM, 143), (SIGHUP, 143)] {
+        if is_ignored(signal) {
+            continue; // as under nohup
+        }
+        if let Err(error) = flag::register_usize(signal, code.clone(), exit_code) {
+            log(
+                "warning",
+                &format!("signal {signal} ends the program at once: {error}"),
+            );
+        }
+    }
+    thread::spawn(move || {
+        while code.load(Ordering::Relaxed) == 0 {
+            thread::sleep(POLL);
+        }
+        let exit_code = code.load(Ordering::Relaxed);
+        CODE.store(exit_code, Ordering::Relaxed);
+        CANCELLED.store(true, Ordering::Relaxed);
+        thread::sleep(GRACE);
+        remove_temporary_files();
+        log("error", &nephroid::Error::Cancelled.to_string());
+        // Without the libraries' own handlers, which may wait for work that still runs.
+        low_level::exit(exit_code as i32);
+    });
+}
+
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    // SAFETY: a query into memory of the right type, which is valid when it succeeds.
+    unsafe {
+        let mut action = std::mem::MaybeUninit::<libc::sigaction>::uninit();
+        libc::sigaction(signal, std::ptr::null(), action.as_mut_ptr()) == 0
+            && action.assume_init().sa_sigaction == libc::SIG_IGN
+    }
+}
+
+#[cfg(not(unix))]
+fn is_ignored(_: i32) -> bool {
+    false
+}
+
+/// Work that takes longer than this is shown.
+const QUIET: Duration = Duration::from_secs(2);
+
+/// Stops the renderer's work when the user wants to, and shows it if `shown` and it takes long.
+pub fn watcher(shown: bool) -> Watcher {
+    const STEPS: f64 = 1000.0;
+    let start = Instant::now();
+    let mut bar = None;
+    Box::new(move |Progress { work, done }| {
+        if shown && start.elapsed() > QUIET {
+            let bar = bar.get_or_insert_with(|| super::terminal::progress_bar(STEPS as u64));
+            bar.set_position((STEPS * done) as u64);
+            bar.set_message(work);
+        }
+        match cancelled().load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    })
+}

@@ -1,0 +1,72 @@
+//! Files that users give: read whole, within a limit.
+
+use crate::error::{Error, Result};
+use crate::scene::memory;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The bytes of a regular file of at most `limit` bytes.
+///
+/// # Errors
+/// [`Error::Input`]
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    // Opening a pipe would wait for its writer.
+    let metadata = path.metadata().map_err(|e| unreadable(path, &e))?;
+    if !metadata.is_file() {
+        let what = if metadata.is_dir() {
+            "a folder"
+        } else {
+            "not a regular file"
+        };
+        return Err(refused(path, &format!("it is {what}"), "name a file"));
+    }
+    let too_large = |bytes: u64| {
+        let reason = format!("the file has {bytes} bytes, and {limit} are allowed");
+        Err(refused(path, &reason, "use a smaller file"))
+    };
+    if metadata.len() > limit {
+        return too_large(metadata.len());
+    }
+    (memory::check("its content", metadata.len()))
+        .map_err(|reason| refused(path, &reason, memory::REMEDY))?;
+    let mut content = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(limit + 1).read_to_end(&mut content))
+        .map_err(|e| unreadable(path, &e))?;
+    if content.len() as u64 > limit {
+        // It has grown.
+        return too_large(content.len() as u64);
+    }
+    Ok(content)
+}
+
+/// An error of a whole file.
+pub fn refused(path: &Path, reason: &str, remedy: &str) -> Error {
+    Error::Input {
+        file: path.to_owned(),
+        place: None,
+        reason: reason.into(),
+        remedy: remedy.into(),
+    }
+}
+
+/// An error on a line of a file.
+pub fn at_line(path: &Path, line: usize, reason: &str, remedy: &str) -> Error {
+    Error::Input {
+        file: path.to_owned(),
+        place: Some(format!("line {line}")),
+        reason: reason.into(),
+        remedy: remedy.into(),
+    }
+}
+
+/// An error of the system's.
+pub fn unreadable(path: &Path, error: &std::io::Error) -> Error {
+    let reason = format!("cannot be read: {error}");
+    refused(
+        path,
+        &reason,
+        "check the path and your right to read the file",
+    )
+}

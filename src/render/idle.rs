@@ -1,0 +1,168 @@
+//! Why reflectors and transparent objects throw no caustic: light is followed from points on them, one
+//! ray to a light and one on to what it meets.
+//!
+//! For messages only: the renderer does not ask.
+
+use super::layout::{self, Light};
+use super::narrow::{directions, ways};
+use super::soup::Soup;
+use super::upload::DeviceScene;
+use glam::{DVec3, Vec3};
+use std::f64::consts::TAU;
+
+/// Points of an object that are looked at.
+const POINTS: usize = 1024;
+/// Directions of an environment that are looked at from each.
+const DIRECTIONS: usize = 16;
+/// Lights that are looked at.
+const LIGHTS: usize = 64;
+
+/// How far light comes at best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Stage {
+    Away,
+    Shadowed,
+    Astray,
+    Lands,
+}
+
+impl Stage {
+    fn reason(self) -> Option<&'static str> {
+        match self {
+            Self::Away => Some("all of its faces look away from every light"),
+            Self::Shadowed => {
+                Some("other objects, or itself, keep all light from its faces that look toward one")
+            }
+            Self::Astray => Some(
+                "the light that it sends on reaches no receiver: it misses them all, meets their backs, or is blocked",
+            ),
+            Self::Lands => None,
+        }
+    }
+}
+
+/// A sentence for every object that should throw a caustic and does not, as far as a thousand of its points
+/// tell. `with_environment`: the method lets environments throw caustics.
+pub fn sentences(device: &DeviceScene, lights: &[Light], with_environment: bool) -> Vec<String> {
+    let scene = &device.scene;
+    let sentence = |(index, object): (usize, &crate::scene::Object)| {
+        let reason = best(device, lights, with_environment, index).reason()?;
+        let name = object.name.escape_debug();
+        Some(format!("object \"{name}\" throws no caustic: {reason}"))
+    };
+    scene.specular_objects().filter_map(sentence).collect()
+}
+
+fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: usize) -> Stage {
+    let (scene, soup) = (&device.scene, &device.soup);
+    let material = &scene.materials[scene.objects[object].material].kind;
+    let places = soup.places(object);
+    let step = places.len().div_ceil(POINTS).max(1);
+    let of_each = (POINTS / places.len()).max(1);
+    let mut best = Stage::Away;
+    for &place in places.iter().step_by(step) {
+        for number in 0..of_each {
+            let (x, normal, geometric) = point(soup, place, number);
+            let sky = (with_environment && device.has_environment)
+                .then(|| (0..DIRECTIONS).map(direction))
+                .into_iter()
+                .flatten()
+                .map(|toward| (toward, f64::INFINITY));
+            let suns = lights.iter().take(LIGHTS).map(|light| {
+                let (toward, _) = directions(light, x);
+                let (sine, distance) = match light.is_lamp {
+                    0 => (light.size.sin(), f32::INFINITY),
+                    _ => {
+                        let distance = light.place.distance(x);
+                        (light.size / distance, distance - light.size)
+                    }
+                };
+                (
+                    above_horizon(toward, normal, sine.into()),
+                    f64::from(distance),
+                )
+            });
+            for (toward, distance) in suns.chain(sky) {
+                let mut stage = Stage::Away;
+                for way in ways(material, normal, toward) {
+                    stage = stage.max(Stage::Shadowed);
+                    let side = geometric.dot(toward.as_vec3()).signum();
+                    if soup.is_blocked(
+                        x + offset(soup, side * geometric),
+                        toward.as_vec3(),
+                        distance as f32,
+                    ) {
+                        continue;
+                    }
+                    stage = stage.max(Stage::Astray);
+                    let side = geometric.dot(way.as_vec3()).signum();
+                    if lands(device, x + offset(soup, side * geometric), way.as_vec3()) {
+                        return Stage::Lands;
+                    }
+                }
+                best = best.max(stage);
+            }
+        }
+    }
+    best
+}
+
+/// Point number `number` of a triangle, with the interpolated and the geometric normal.
+fn point(soup: &Soup, place: u32, number: usize) -> (Vec3, DVec3, Vec3) {
+    let triangle = &soup.triangles[place as usize];
+    let normals = &soup.normals[place as usize];
+    // The sequence R2 of Roberts (2018), folded into the triangle; the first is the middle.
+    let [mut s, mut t] = match number {
+        0 => [1.0 / 3.0; 2],
+        _ => {
+            [0.754_877_67, 0.569_840_3].map(|step: f64| (0.5 + number as f64 * step).fract() as f32)
+        }
+    };
+    if s + t > 1.0 {
+        (s, t) = (1.0 - s, 1.0 - t);
+    }
+    let x = triangle.position + s * triangle.edge1 + t * triangle.edge2;
+    let normal = (1.0 - s - t) * normals.n0 + s * normals.n1 + t * normals.n2;
+    let geometric = triangle.edge1.cross(triangle.edge2).normalize_or_zero();
+    (x, normal.as_dvec3().normalize_or_zero(), geometric)
+}
+
+/// Direction number `number` of those that are spread over the sphere (Fibonacci lattice).
+fn direction(number: usize) -> DVec3 {
+    let share = (number as f64 + 0.5) / DIRECTIONS as f64;
+    let (height, azimuth) = (
+        1.0 - 2.0 * share,
+        TAU * (number as f64 * 0.618_033_988_75).fract(),
+    );
+    let (sine, cosine) = azimuth.sin_cos();
+    let radius = (1.0 - height * height).sqrt();
+    DVec3::new(radius * cosine, height, radius * sine)
+}
+
+/// The direction toward a light's middle, or where that is below the horizon and the light is not, one toward its
+/// upper part.
+fn above_horizon(toward: DVec3, normal: DVec3, sine: f64) -> DVec3 {
+    let height = normal.dot(toward);
+    match (-sine..0.0).contains(&height) {
+        true => (toward + 0.5 * (sine - height) * normal).normalize(),
+        false => toward,
+    }
+}
+
+/// From a surface to where its own triangle does not count.
+fn offset(soup: &Soup, normal: Vec3) -> Vec3 {
+    1e-5 * soup.size() * normal
+}
+
+/// Whether a ray meets the front of a receiver first.
+fn lands(device: &DeviceScene, origin: Vec3, way: Vec3) -> bool {
+    let is_receiver = |triangle: &layout::Triangle| {
+        device.scene.objects[triangle.object as usize]
+            .light_map
+            .is_some()
+    };
+    let nearest = device.soup.nearest(origin, way, is_receiver);
+    nearest.is_some_and(|triangle| {
+        is_receiver(triangle) && triangle.edge1.cross(triangle.edge2).dot(way) < 0.0
+    })
+}
