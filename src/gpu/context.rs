@@ -99,9 +99,13 @@ impl Context {
         u64::from(self.properties.limits.max_storage_buffer_range)
     }
 
-    /// Largest side of an image, texels.
+    /// Largest side of an image, texels. Light maps and pictures are drawn into, for which some
+    /// devices (SwiftShader) allow less than for sampling.
     pub fn max_image_side(&self) -> u32 {
-        self.properties.limits.max_image_dimension2_d
+        let limits = &self.properties.limits;
+        (limits.max_image_dimension2_d)
+            .min(limits.max_framebuffer_width)
+            .min(limits.max_framebuffer_height)
     }
 
     pub(super) fn cache_uuid(&self) -> [u8; vk::UUID_SIZE] {
