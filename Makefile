@@ -1,6 +1,6 @@
 # The commands of the README. They install what the system lacks (see .ci/setup).
 
-.PHONY: demo test accuracy bench
+.PHONY: demo test drivers accuracy bench
 .SILENT:
 
 # A picture of a metal ring and its caustic.
@@ -13,6 +13,14 @@ demo:
 test:
 	.ci/setup test
 	cargo test --release -- --test-threads=2
+
+# The same scenes and tests on lavapipe 25 and SwiftShader (docs/drivers.md): long.
+drivers:
+	.ci/setup test
+	.ci/drivers fetch
+	cargo build --release
+	.ci/drivers check
+	.ci/drivers test
 
 # docs/accuracy.md, measured anew: about a minute.
 accuracy:
