@@ -33,6 +33,7 @@ pub fn cached_caustic(
     progress: &mut dyn FnMut(&Progress),
     cancel: &AtomicBool,
 ) -> Result<Reference> {
+    super::check(texels, options)?;
     let entry = (dirs::cache_dir()).map(|cache| {
         let key = key(scene, receiver, texels, options);
         Entry::new(&cache.join("nephroid/references"), key)
@@ -76,7 +77,8 @@ impl Entry {
         Self { file, key }
     }
 
-    /// `None` where there is no such file, and a reason where there is a bad one.
+    /// `None` where there is no such file, and a reason where there is a bad one. The sides are those of
+    /// a light map.
     fn read(&self, [width, height]: [u32; 2]) -> Result<Option<Reference>, String> {
         let texels = width as usize * height as usize;
         let length = blake3::OUT_LEN + 8 * (HEADER_VALUES + 6 * texels);
@@ -330,6 +332,14 @@ mod tests {
         let other = Entry::new(folder.path(), blake3::hash(b"another scene"));
         std::fs::write(&other.file, &whole).unwrap();
         assert!(other.read([8, 8]).is_err());
+    }
+
+    #[test]
+    fn a_size_that_overflows_is_refused_before_an_entry_is_looked_up() {
+        let (scene, options) = (scene("mirror.toml"), Options::default());
+        let cancel = AtomicBool::new(false);
+        let error = cached_caustic(&scene, 1, [u32::MAX; 2], &options, &mut |_| {}, &cancel);
+        assert!(matches!(error, Err(crate::Error::Usage { .. })));
     }
 
     /// A change of one thing that the reference depends on.
