@@ -527,6 +527,9 @@ impl<'a> Loader<'a> {
                 continue;
             };
             any = true;
+            let texels = size.map(u64::from).iter().product::<u64>();
+            (memory::check(&format!("{texels} texels"), texels * memory::TEXEL))
+                .map_err(|reason| section.error(place.clone(), &reason, "lower the size"))?;
             let (_, warning) = Atlas::of(&moving.object, size)
                 .map_err(|e| section.error(place.clone(), &e.reason, &e.remedy))?;
             let file = self.source.path.display();

@@ -10,6 +10,9 @@ pub const TRIANGLE: u64 = 1200;
 pub const TRIANGLE_OF_FRAME: u64 = 160;
 /// Bytes of an environment's pixel at most, measured in the same way.
 pub const PIXEL: u64 = 110;
+/// Bytes of a texel of a mesh's light map at most, while it is laid out.
+pub const TEXEL: u64 = 600;
+
 /// Bytes that are not worth asking for: to ask takes longer than to read a small file.
 const SMALL: u64 = 1 << 20;
 
