@@ -63,6 +63,20 @@ pub fn cached_caustic(
     Ok(reference)
 }
 
+/// What the entry in `file` holds under `key`; for the fuzz target.
+#[doc(hidden)]
+pub fn read_cache_entry(
+    file: &Path,
+    key: [u8; blake3::OUT_LEN],
+    texels: [u32; 2],
+) -> Result<Option<Reference>, String> {
+    let entry = Entry {
+        file: file.to_owned(),
+        key: key.into(),
+    };
+    entry.read(texels)
+}
+
 struct Entry {
     file: PathBuf,
     key: Hash,

@@ -48,7 +48,7 @@ use receiver::{CurvedReceiver, FlatReceiver, Receiver};
 use std::sync::atomic::{AtomicBool, Ordering};
 use visibility::Blockers;
 
-pub use cache::cached_caustic;
+pub use cache::{cached_caustic, read_cache_entry};
 pub use rounds::{Progress, REPLICATES};
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
