@@ -1,6 +1,6 @@
 # The commands of the README. They install what the system lacks (see .ci/setup).
 
-.PHONY: demo test drivers accuracy bench
+.PHONY: demo test fuzz drivers accuracy bench
 .SILENT:
 
 # A picture of a metal ring and its caustic.
@@ -31,3 +31,8 @@ accuracy:
 bench:
 	.ci/setup demo
 	cargo bench --bench passes --bench motion
+
+# Mutated input for every reader of files, a minute each or FUZZ_SECONDS: docs/fuzzing.md.
+fuzz:
+	.ci/setup fuzz
+	fuzz/run
