@@ -56,7 +56,7 @@ pub enum Error {
     },
 
     /// Stopped by Ctrl-C. What was finished before is kept, and no file is left half-written.
-    #[error("stopped by Ctrl-C")]
+    #[error("stopped by Ctrl-C or a signal")]
     Cancelled,
 }
 

@@ -290,4 +290,99 @@ mod tests {
         );
         within(4).unwrap();
     }
+
+    /// Prints how long meshes of millions of triangles take to load, and to be put into a hierarchy:
+    /// `cargo test --release --lib millions -- --ignored --nocapture`. The figures are in docs/measurements.md.
+    #[test]
+    #[ignore = "measures for a minute and demands nothing"]
+    fn time_of_millions() {
+        use std::fmt::Write;
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("scene.toml");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/mirror.toml");
+        let text = std::fs::read_to_string(file).unwrap();
+        let start = text.find("[[object]]").unwrap();
+        let object = "[[object]]\nname = \"m\"\nmesh = \"m.obj\"\nmaterial = \"floor\"\n";
+        let material =
+            "\n[[material]]\nname = \"floor\"\nkind = \"mirror\"\nreflectance = [1, 1, 1]\n";
+        std::fs::write(
+            &scene,
+            [
+                &text[..text.find("[[material]]").unwrap()],
+                material,
+                object,
+            ]
+            .concat(),
+        )
+        .unwrap();
+        assert!(start > 0);
+        let random = |i: u32| {
+            f64::from(
+                i.wrapping_mul(2_654_435_761)
+                    .rotate_left(13)
+                    .wrapping_mul(40_503),
+            ) / 2f64.powi(32)
+        };
+        type Corners<'a> = &'a dyn Fn(u32) -> [[f64; 3]; 3];
+        for count in [1_000_000u32, 5_000_000] {
+            let side = f64::from(count).sqrt() as u32;
+            let grid = |i: u32| {
+                let i = (u64::from(i) * 7_368_787 % u64::from(count)) as u32;
+                let (x, z) = (f64::from(i % side), f64::from(i / side));
+                let at = |x: f64, z: f64| [x, (0.01 * x).sin() + (0.02 * z).cos(), z];
+                [at(x, z), at(x, z + 1.0), at(x + 1.0, z)]
+            };
+            let coincident = |i: u32| {
+                let size = |k: u32| 1.0 + 1e-6 * f64::from(k);
+                [
+                    [0.0; 3],
+                    [0.0, 0.0, size(i % 3000)],
+                    [size(i / 3000), 0.0, 0.0],
+                ]
+            };
+            let slivers = |i: u32| {
+                let (x, z) = (random(i), random(i + 77_777));
+                [
+                    [x, 0.0, z],
+                    [x + 0.5, random(i + 99), z + 1e-5],
+                    [x, 0.0, z + 1e-5],
+                ]
+            };
+            let kinds: [(&str, Corners); 3] = [
+                ("shuffled grid", &grid),
+                ("coincident", &coincident),
+                ("slivers", &slivers),
+            ];
+            for (name, corners) in kinds {
+                let mut text = String::new();
+                for i in 0..count {
+                    for [x, y, z] in corners(i) {
+                        writeln!(text, "v {x:.6} {y:.6} {z:.6}").unwrap();
+                    }
+                    text += "f -3 -2 -1\n";
+                }
+                std::fs::write(folder.path().join("m.obj"), text).unwrap();
+                let start = std::time::Instant::now();
+                let scene = crate::scene::load(&scene)
+                    .unwrap_or_else(|e| panic!("{e}"))
+                    .scene;
+                let loaded = start.elapsed();
+                let meshes: Vec<Cow<Mesh>> = (scene.objects.iter())
+                    .map(|object| object.geometry.mesh())
+                    .collect();
+                let start = std::time::Instant::now();
+                let soup = Soup::new(&scene, &meshes, &[None], u64::MAX).unwrap();
+                let built = start.elapsed();
+                let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+                let peak = status
+                    .lines()
+                    .find(|line| line.starts_with("VmHWM"))
+                    .unwrap_or("");
+                let triangles = soup.triangles.len();
+                println!(
+                    "{name}, {triangles} triangles: load {loaded:.2?}, hierarchy {built:.2?}, {peak}"
+                );
+            }
+        }
+    }
 }

@@ -2,6 +2,7 @@
 //! normal on the side of the front.
 
 use super::Mesh;
+use foldhash::fast::RandomState;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
@@ -63,17 +64,12 @@ impl Soup {
 
     /// Leaves out triangles whose corners are those of an earlier one, in the same
     /// turning order: their light would count twice. `materials` are the triangles'. Returns how many there were.
-    pub fn drop_duplicates(&mut self, materials: &mut Vec<Option<usize>>) -> usize {
-        let places =
-            (self.triangles.iter()).map(|c| c.map(|corner| self.positions[corner as usize]));
-        let is_first = first_of_equals(places);
-        let mut kept = is_first.iter();
-        self.triangles
-            .retain(|_| *kept.next().expect("one for each"));
-        let mut kept = is_first.iter();
-        self.sources.retain(|_| *kept.next().expect("one for each"));
-        let mut kept = is_first.iter();
-        materials.retain(|_| *kept.next().expect("one for each"));
+    pub fn drop_duplicates(&mut self, places: &[u32], materials: &mut Vec<Option<usize>>) -> usize {
+        let triangles = self.triangles.iter();
+        let is_first = first_of_equals(triangles.map(|c| c.map(|corner| places[corner as usize])));
+        keep(&mut self.triangles, &is_first);
+        keep(&mut self.sources, &is_first);
+        keep(materials, &is_first);
         is_first.len() - self.triangles.len()
     }
 
@@ -88,21 +84,26 @@ impl Soup {
         (doubled.length() > 1e-12 * longest).then_some(doubled / 2.0)
     }
 
-    /// Normals by position: the unit sum of the adjoining faces' normals, weighted by the angle
+    /// By position, the number of the place where it is: positions at one place have one number.
+    pub fn places(&self) -> Vec<u32> {
+        places(&self.positions)
+    }
+
+    /// Normals by place: the sum of the adjoining faces' normals, weighted by the angle
     /// of the corner (Thürmer and Wüthrich 1998), so that the cut into triangles does not matter.
     /// Corners at one place share a normal, whatever their indices.
-    pub fn smooth_normals(&self) -> SmoothNormals {
-        let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
+    pub fn smooth_normals(&self, places: &[u32]) -> Vec<DVec3> {
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
         for &corners in &self.triangles {
             let positions = corners.map(|corner| self.positions[corner as usize]);
             let face = self.face_normal(corners);
             for i in 0..3 {
                 let [at, next, last] = [0, 1, 2].map(|k| positions[(i + k) % 3]);
                 let angle = (next - at).angle_between(last - at);
-                *sums.entry(bits(at)).or_default() += angle * face;
+                sums[places[corners[i] as usize] as usize] += angle * face;
             }
         }
-        SmoothNormals(sums)
+        sums
     }
 
     fn face_normal(&self, corners: [u32; 3]) -> DVec3 {
@@ -119,19 +120,21 @@ impl Soup {
     pub fn mesh(
         &self,
         triangles: &[[u32; 3]],
-        smooth: &SmoothNormals,
+        places: &[u32],
+        smooth: &[DVec3],
         merge: bool,
     ) -> (Mesh, usize) {
         let mut mesh = Mesh::default();
-        let mut known = HashMap::new();
+        let mut known = HashMap::with_hasher(RandomState::default());
         let mut turned = 0;
         for &corners in triangles {
             let face = self.face_normal(corners);
             let triangle = corners.map(|corner| {
                 let position = self.positions[corner as usize];
                 let own = unit(self.normals[corner as usize]);
+                let place = places[corner as usize];
                 let mut normal = own
-                    .or_else(|| smooth.0.get(&bits(position)).copied().and_then(unit))
+                    .or_else(|| smooth.get(place as usize).copied().and_then(unit))
                     .unwrap_or(face);
                 let facing = normal.dot(face);
                 if facing <= 0.0 {
@@ -143,7 +146,7 @@ impl Soup {
                 }
                 let next = mesh.positions.len() as u32;
                 let index = match merge {
-                    true => *known.entry((bits(position), bits(normal))).or_insert(next),
+                    true => *known.entry((place, bits(normal))).or_insert(next),
                     false => next,
                 };
                 if index == next {
@@ -158,22 +161,34 @@ impl Soup {
     }
 }
 
-/// Whether each triangle is the first with its corners, in the same turning order. The two sides of a sheet
-/// are not equal.
-pub fn first_of_equals(triangles: impl Iterator<Item = [DVec3; 3]>) -> Vec<bool> {
-    let mut known = HashSet::new();
+/// Leaves out what is not marked.
+pub fn keep<T>(all: &mut Vec<T>, marked: &[bool]) {
+    let mut marks = marked.iter();
+    all.retain(|_| *marks.next().expect("one for each"));
+}
+
+/// Whether each triangle, by the numbers of its corners' places, is the first with its corners, in the same turning
+/// order. The two sides of a sheet are not equal.
+pub fn first_of_equals(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<bool> {
+    let mut known = HashSet::with_hasher(RandomState::default());
     triangles
-        .map(|corners| {
-            let corners = corners.map(bits);
-            let lowest = (0..3).min_by_key(|&i| corners[i]).expect("three");
-            known.insert([0, 1, 2].map(|k| corners[(lowest + k) % 3]))
+        .map(|places| {
+            let lowest = (0..3).min_by_key(|&i| places[i]).expect("three");
+            known.insert([0, 1, 2].map(|k| places[(lowest + k) % 3]))
         })
         .collect()
 }
 
-/// Sums of face normals by position.
-#[derive(Default)]
-pub struct SmoothNormals(HashMap<[u64; 3], DVec3>);
+/// By position, the number of the place where it is: positions at one place have one number.
+pub fn places(positions: &[DVec3]) -> Vec<u32> {
+    let mut known = HashMap::with_capacity_and_hasher(positions.len(), RandomState::default());
+    (positions.iter())
+        .map(|position| {
+            let next = known.len() as u32;
+            *known.entry(bits(*position)).or_insert(next)
+        })
+        .collect()
+}
 
 /// The unit vector, unless there is no direction to speak of.
 pub fn unit(vector: DVec3) -> Option<DVec3> {

@@ -2,7 +2,7 @@
 //! tobj's errors name no line, and it misreads some files and panics on others.
 
 use super::asset::AssetRoot;
-use super::mesh::{SmoothNormals, Soup, first_of_equals, unit};
+use super::mesh::{Soup, first_of_equals, keep, places, unit};
 use super::obj_text::Plain;
 use super::{MaterialKind, Mesh, memory, mtl};
 use crate::error::Result;
@@ -114,18 +114,17 @@ fn drop_lasting_duplicates(part: &mut Part) -> usize {
     let count = part.meshes[0].triangles.len();
     let mut is_kept = vec![false; count];
     for mesh in &part.meshes {
-        let first = first_of_equals((0..count).map(|triangle| mesh.corners(triangle)));
+        let places = places(&mesh.positions);
+        let triangles = mesh.triangles.iter();
+        let first = first_of_equals(triangles.map(|c| c.map(|corner| places[corner as usize])));
         (is_kept.iter_mut().zip(first)).for_each(|(kept, first)| *kept |= first);
     }
-    let keep = |triangles: &mut Vec<_>| {
-        let mut kept = is_kept.iter();
-        triangles.retain(|_| *kept.next().expect("one for each"));
-    };
-    part.meshes
-        .iter_mut()
-        .for_each(|mesh| keep(&mut mesh.triangles));
-    let mut kept = is_kept.iter();
-    (part.uvs).retain(|_| *kept.next().expect("one for each"));
+    for mesh in &mut part.meshes {
+        keep(&mut mesh.triangles, &is_kept);
+    }
+    if !part.uvs.is_empty() {
+        keep(&mut part.uvs, &is_kept);
+    }
     count - part.meshes[0].triangles.len()
 }
 
@@ -208,8 +207,9 @@ fn read_file(
     };
     let mut materials_of: Vec<Option<usize>> = (0..soup.triangles.len()).map(of_triangle).collect();
     // What corners have in common in one frame of an animation they may not have in the next.
+    let places = soup.places();
     let duplicates = match merge {
-        true => soup.drop_duplicates(&mut materials_of),
+        true => soup.drop_duplicates(&places, &mut materials_of),
         false => 0,
     };
     // Triangles, and their corners as counted in the file.
@@ -236,9 +236,9 @@ fn read_file(
         .filter(|normal| unit(**normal).is_none())
         .count();
     let smooth = if zero_normals > 0 {
-        soup.smooth_normals()
+        soup.smooth_normals(&places)
     } else {
-        SmoothNormals::default()
+        Vec::new()
     };
     let mut parts = Vec::new();
     let mut behind = 0;
@@ -258,7 +258,7 @@ fn read_file(
             }
             None => None,
         };
-        let (mesh, count) = soup.mesh(&triangles, &smooth, merge);
+        let (mesh, count) = soup.mesh(&triangles, &places, &smooth, merge);
         behind += count;
         let uv = |corner: u32| plain.corner_uvs[corner as usize];
         let uvs = match plain.has_uvs {

@@ -1,9 +1,10 @@
 //! Meshes that should bound a body and do not: open, turned inside out, or with faces that do not
 //! agree about which side is the front.
 
+use super::mesh::places;
 use super::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::DVec3;
-use std::collections::HashMap;
+use rayon::slice::ParallelSliceMut;
 
 /// What is odd about the meshes of specular objects, a sentence each.
 pub fn complaints(scene: &Scene) -> Vec<String> {
@@ -41,15 +42,7 @@ struct Skin {
 
 impl Skin {
     fn of(mesh: &Mesh) -> Self {
-        let mut places = HashMap::new();
-        let place: Vec<u32> = (mesh.positions.iter())
-            .map(|p| {
-                let next = places.len() as u32;
-                *places
-                    .entry((*p + 0.0).to_array().map(f64::to_bits))
-                    .or_insert(next)
-            })
-            .collect();
+        let place = places(&mesh.positions);
         // Sides of faces, by the edge; each edge of a closed skin is passed as often either way.
         let mut sides: Vec<([u32; 2], i8, [u32; 2])> = (mesh.triangles.iter())
             .flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]])
@@ -58,7 +51,7 @@ impl Skin {
                 ([a.min(b), a.max(b)], if a < b { 1 } else { -1 }, corners)
             })
             .collect();
-        sides.sort_unstable();
+        sides.par_sort_unstable();
         let middle =
             |[a, b]: [u32; 2]| 0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize]);
         let mut skin = Self {
