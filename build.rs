@@ -18,32 +18,49 @@ fn main() {
 
     note_commit();
 
-    let mut sources: Vec<PathBuf> = std::fs::read_dir("glsl")
-        .expect("the folder glsl exists")
-        .map(|entry| entry.expect("glsl can be listed").path())
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|e| ["comp", "vert", "frag"].iter().any(|k| e == *k))
-        })
-        .collect();
-    sources.sort();
+    if let Err(message) = compile_all() {
+        for line in message.lines() {
+            println!("cargo::error={line}");
+        }
+        exit(1);
+    }
+}
 
-    let mut table = String::from("use super::{Binding, BindingKind, Shader, StructLayout};\n");
-    let mut layouts = BTreeMap::new();
-    let mut failed = false;
-    for source in &sources {
-        match compile(source) {
-            Ok(words) => describe(source, &words, &mut table, &mut layouts),
-            Err(messages) => {
-                failed = true;
-                for line in messages.lines() {
-                    println!("cargo::error={line}");
-                }
-            }
+/// Writes the table of all shaders.
+///
+/// # Errors
+/// What the compiler says, or what is wrong with it or the sources.
+fn compile_all() -> Result<(), String> {
+    let folder =
+        |error| format!("the folder glsl with the shaders' sources cannot be read: {error}");
+    let mut sources = Vec::new();
+    for entry in std::fs::read_dir("glsl").map_err(folder)? {
+        let path = entry.map_err(folder)?.path();
+        let is_stage =
+            |e: &std::ffi::OsStr| ["comp", "vert", "frag"].iter().any(|stage| e == *stage);
+        if path.extension().is_some_and(is_stage) {
+            sources.push(path);
         }
     }
-    if failed {
-        exit(1);
+    sources.sort();
+    if sources.is_empty() {
+        return Err("the folder glsl has no shaders".into());
+    }
+
+    let compiler = Compiler::find()?;
+    let mut table = String::from("use super::{Binding, BindingKind, Shader, StructLayout};\n");
+    let mut layouts = BTreeMap::new();
+    let mut messages = String::new();
+    for source in &sources {
+        let compiled = (compiler.compile(source))
+            .and_then(|words| describe(source, &words, &mut table, &mut layouts));
+        if let Err(message) = compiled {
+            messages += message.trim_end();
+            messages.push('\n');
+        }
+    }
+    if !messages.is_empty() {
+        return Err(messages);
     }
     let names: Vec<String> = (sources.iter())
         .map(|source| format!("&{}", constant(source)))
@@ -68,9 +85,14 @@ fn main() {
         .unwrap();
     }
     writeln!(table, "];").unwrap();
-    let out =
-        Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("shaders.rs");
-    std::fs::write(out, table).expect("OUT_DIR is writable");
+    let file = out_dir().join("shaders.rs");
+    std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()))
+}
+
+fn out_dir() -> PathBuf {
+    std::env::var_os("OUT_DIR")
+        .expect("cargo sets OUT_DIR")
+        .into()
 }
 
 /// Sets `NEPHROID_COMMIT` where this folder is a git checkout of its own.
@@ -94,78 +116,124 @@ fn note_commit() {
     }
 }
 
+const REMEDY: &str = "install glslc (Debian: apt-get install glslc; elsewhere the Vulkan SDK), or build with \
+     --features bundled-shaderc";
+
+/// The program glslc.
 #[cfg(not(feature = "bundled-shaderc"))]
-fn compile(source: &Path) -> Result<Vec<u32>, String> {
-    let name = source
-        .file_name()
-        .expect("a file")
-        .to_string_lossy()
-        .into_owned();
-    let output =
-        Path::new(&std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join(name + ".spv");
-    let sdk = std::env::var_os("VULKAN_SDK").map(|sdk| Path::new(&sdk).join("bin/glslc"));
-    let glslc = std::env::var_os("GLSLC")
-        .map(PathBuf::from)
-        .or(sdk.filter(|path| path.exists()))
-        .unwrap_or_else(|| "glslc".into());
-    let run = std::process::Command::new(&glslc)
-        .args(["--target-env=vulkan1.3", "-O", "-g", "-Werror", "-I", "glsl/shared", "-o"])
-        .arg(&output)
-        .arg(source)
-        .output()
-        .map_err(|error| {
+struct Compiler(PathBuf);
+
+#[cfg(not(feature = "bundled-shaderc"))]
+impl Compiler {
+    /// That of `$GLSLC`, of `$VULKAN_SDK`, or of `PATH`, if it runs.
+    fn find() -> Result<Self, String> {
+        let sdk = std::env::var_os("VULKAN_SDK").map(|sdk| Path::new(&sdk).join("bin/glslc"));
+        let (program, from) = match (std::env::var_os("GLSLC"), sdk.filter(|path| path.exists())) {
+            (Some(program), _) if program.is_empty() => {
+                return Err(format!(
+                    "the variable GLSLC is empty: unset it or name the shader compiler, or {REMEDY}"
+                ));
+            }
+            (Some(program), _) => (program.into(), "named by the variable GLSLC"),
+            (None, Some(program)) => (program, "of the Vulkan SDK"),
+            (None, None) => ("glslc".into(), "looked for in PATH"),
+        };
+        let name = format!("the shader compiler {}, {from},", program.display());
+        let run = std::process::Command::new(&program)
+            .arg("--version")
+            .output();
+        let output = run.map_err(|error| format!("{name} does not start: {error}; {REMEDY}"))?;
+        if !output.status.success() {
+            return Err(format!("{name} fails: {}; {REMEDY}", output.status));
+        }
+        Ok(Self(program))
+    }
+
+    fn compile(&self, source: &Path) -> Result<Vec<u32>, String> {
+        let mut name = source.file_name().expect("a file").to_owned();
+        name.push(".spv");
+        let output = out_dir().join(name);
+        // What an earlier build left is not taken for the compiler's.
+        let _ = std::fs::remove_file(&output);
+        let run = std::process::Command::new(&self.0)
+            .args([
+                "--target-env=vulkan1.3",
+                "-O",
+                "-g",
+                "-Werror",
+                "-I",
+                "glsl/shared",
+                "-o",
+            ])
+            .arg(&output)
+            .arg(source)
+            .output()
+            .map_err(|error| format!("{} does not start: {error}", self.0.display()))?;
+        if !run.status.success() {
+            let messages = String::from_utf8_lossy(&run.stderr);
+            let source = source.display();
+            return Err(format!(
+                "{source}: {}: {}\n{messages}",
+                self.0.display(),
+                run.status
+            ));
+        }
+        let bytes = std::fs::read(&output).map_err(|error| {
             format!(
-                "the shader compiler {} does not start: {error}; install it (Debian: apt-get install glslc; \
-                 elsewhere the Vulkan SDK), or build with --features bundled-shaderc",
-                glslc.display()
+                "{}: {} wrote nothing: {error}",
+                source.display(),
+                self.0.display()
             )
         })?;
-    if !run.status.success() {
-        return Err(String::from_utf8_lossy(&run.stderr).into_owned());
+        Ok(bytes
+            .chunks_exact(4)
+            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect())
     }
-    let bytes = std::fs::read(&output).map_err(|error| format!("{}: {error}", output.display()))?;
-    Ok(bytes
-        .chunks_exact(4)
-        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-        .collect())
 }
 
+/// The crate shaderc.
 #[cfg(feature = "bundled-shaderc")]
-fn compile(source: &Path) -> Result<Vec<u32>, String> {
-    use shaderc::{
-        CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind,
-        TargetEnv,
-    };
-    let kind = match source.extension().and_then(|e| e.to_str()) {
-        Some("comp") => ShaderKind::Compute,
-        Some("vert") => ShaderKind::Vertex,
-        _ => ShaderKind::Fragment,
-    };
-    let text = std::fs::read_to_string(source).map_err(|e| format!("{}: {e}", source.display()))?;
-    let compiler = Compiler::new().map_err(|e| e.to_string())?;
-    let mut options = CompileOptions::new().map_err(|e| e.to_string())?;
-    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
-    options.set_optimization_level(OptimizationLevel::Performance);
-    options.set_generate_debug_info();
-    options.set_warnings_as_errors();
-    options.set_include_callback(|name, _, _, _| {
-        let path = Path::new("glsl/shared").join(name);
-        Ok(ResolvedInclude {
-            resolved_name: path.display().to_string(),
-            content: std::fs::read_to_string(&path)
-                .map_err(|e| format!("{}: {e}", path.display()))?,
-        })
-    });
-    compiler
-        .compile_into_spirv(
-            &text,
-            kind,
-            &source.display().to_string(),
-            "main",
-            Some(&options),
-        )
-        .map(|artifact| artifact.as_binary().to_vec())
-        .map_err(|e| e.to_string())
+struct Compiler(shaderc::Compiler);
+
+#[cfg(feature = "bundled-shaderc")]
+impl Compiler {
+    fn find() -> Result<Self, String> {
+        shaderc::Compiler::new()
+            .map(Self)
+            .map_err(|e| e.to_string())
+    }
+
+    fn compile(&self, source: &Path) -> Result<Vec<u32>, String> {
+        use shaderc::{
+            CompileOptions, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv,
+        };
+        let kind = match source.extension().and_then(|e| e.to_str()) {
+            Some("comp") => ShaderKind::Compute,
+            Some("vert") => ShaderKind::Vertex,
+            _ => ShaderKind::Fragment,
+        };
+        let text =
+            std::fs::read_to_string(source).map_err(|e| format!("{}: {e}", source.display()))?;
+        let mut options = CompileOptions::new().map_err(|e| e.to_string())?;
+        options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
+        options.set_optimization_level(OptimizationLevel::Performance);
+        options.set_generate_debug_info();
+        options.set_warnings_as_errors();
+        options.set_include_callback(|name, _, _, _| {
+            let path = Path::new("glsl/shared").join(name);
+            Ok(ResolvedInclude {
+                resolved_name: path.display().to_string(),
+                content: std::fs::read_to_string(&path)
+                    .map_err(|e| format!("{}: {e}", path.display()))?,
+            })
+        });
+        let name = source.display().to_string();
+        (self.0)
+            .compile_into_spirv(&text, kind, &name, "main", Some(&options))
+            .map(|artifact| artifact.as_binary().to_vec())
+            .map_err(|e| e.to_string())
+    }
 }
 
 type Layouts = BTreeMap<String, (usize, Vec<(String, usize)>)>;
@@ -177,15 +245,35 @@ fn constant(source: &Path) -> String {
 }
 
 /// Appends the table entry of one shader.
-fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layouts) {
+///
+/// # Errors
+/// Where the words are no SPIR-V.
+fn describe(
+    source: &Path,
+    words: &[u32],
+    table: &mut String,
+    layouts: &mut Layouts,
+) -> Result<(), String> {
+    const MAGIC: u32 = 0x0723_0203;
     let file = source.file_name().expect("a file").to_string_lossy();
-    let entry = ReflectConfig::new()
+    let junk = || {
+        format!(
+            "{}: what the compiler wrote is no SPIR-V; {REMEDY}",
+            source.display()
+        )
+    };
+    if words.first() != Some(&MAGIC) {
+        return Err(junk());
+    }
+    let reflected = ReflectConfig::new()
         .spv(words.to_vec())
         .ref_all_rscs(false)
         .combine_img_samplers(true)
-        .reflect()
-        .expect("the compiler's SPIR-V can be reflected")
-        .remove(0);
+        .reflect();
+    let entry = reflected
+        .ok()
+        .and_then(|entries| entries.into_iter().next())
+        .ok_or_else(junk)?;
 
     let mut bindings = Vec::new();
     let mut push_bytes = 0;
@@ -257,6 +345,7 @@ fn describe(source: &Path, words: &[u32], table: &mut String, layouts: &mut Layo
         "], push_bytes: {push_bytes}, local_size: {local_size:?} }};"
     )
     .unwrap();
+    Ok(())
 }
 
 /// Collects the structs inside a buffer block or push-constant block.

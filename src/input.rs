@@ -21,12 +21,12 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
         };
         return Err(refused(path, &format!("it is {what}"), "name a file"));
     }
-    let too_large = |bytes: u64| {
-        let reason = format!("the file has {bytes} bytes, and {limit} are allowed");
+    let too_large = || {
+        let reason = format!("the file is larger than {} MiB", limit >> 20);
         Err(refused(path, &reason, "use a smaller file"))
     };
     if metadata.len() > limit {
-        return too_large(metadata.len());
+        return too_large();
     }
     (memory::check("its content", metadata.len()))
         .map_err(|reason| refused(path, &reason, memory::REMEDY))?;
@@ -36,7 +36,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
         .map_err(|e| unreadable(path, &e))?;
     if content.len() as u64 > limit {
         // It has grown.
-        return too_large(content.len() as u64);
+        return too_large();
     }
     Ok(content)
 }

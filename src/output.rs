@@ -195,6 +195,13 @@ pub fn cannot_write(path: &Path, error: &std::io::Error) -> Error {
         ErrorKind::BrokenPipe => "keep what reads it running",
         _ => "name a file in an existing folder that you may write to",
     };
+    if error.kind() == ErrorKind::IsADirectory {
+        return Error::Output {
+            file: path.to_owned(),
+            reason: "it is a folder".into(),
+            remedy: remedy.into(),
+        };
+    }
     // Without the code, as in "No space left on device (os error 28)".
     let reason = error.to_string();
     let reason = reason.split(" (os error").next().unwrap_or_default();

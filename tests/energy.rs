@@ -129,7 +129,9 @@ fn footprints_in_several_batches() {
     let settings = footprint(600_000);
     let mut renderer = Renderer::new(&device.0, &scene, &settings).unwrap();
     renderer.caustic().unwrap();
-    assert_eq!(renderer.lit_patches().unwrap(), None, "several batches");
+    // Counted over all batches; one has room for some 200 000.
+    let lit = renderer.lit_patches().unwrap().unwrap();
+    assert!(lit > 500_000 && lit < renderer.samples(), "{lit}");
     let truth = reference_flux(&scene);
     let error = energy_error(&device, &scene, &settings, &truth);
     let bright = brighter(scene.clone(), 1.01);

@@ -39,7 +39,7 @@ fn pipelines_keep_what_is_bound_to_them() {
         Buffer::with_data(&device.0, "in the way", &[7u32; 64]).unwrap();
     }
     let mut recorder = Recorder::new(&device.0).unwrap();
-    recorder.dispatch(&pipeline, &[64u32, 2, 1], [64, 1, 1]);
+    recorder.dispatch(&pipeline, &[64u32, 2, 1, 8], [64, 1, 1]);
     recorder.submit().unwrap();
     let corners = |slot: u32| [0, 1, 2, 2, 1, 3].map(|corner| 4 * slot + corner);
     let expected: Vec<u32> = (0..64).flat_map(|pair| corners(2 * pair)).collect();
@@ -52,7 +52,7 @@ fn a_dispatch_beyond_the_limit_is_an_error() {
     let device = Device::open();
     let quads = quads(&device.0);
     let pipeline = compact(&device.0, &quads);
-    let push = [64u32, 2, 1]; // pairs, slots of each, receivers
+    let push = [64u32, 2, 1, 8]; // pairs, slots of each, receivers, rows of a step
     let mut recorder = Recorder::new(&device.0).unwrap();
     recorder
         .pass("too much", |r| {
@@ -82,6 +82,7 @@ fn every_pass_is_timed_however_many() {
     let device = Device::open();
     let mut recorder = Recorder::new(&device.0).unwrap();
     let mut frame = |passes: usize| {
+        recorder.begin_frame();
         for _ in 1..passes {
             recorder.pass("most", |_| {}).unwrap();
         }
@@ -101,7 +102,7 @@ fn every_pass_is_timed_however_many() {
     assert!(times[..599].iter().all(|time| time.name == "most"));
     assert_eq!(times[599].name, "last");
 
-    // Submitted one by one, they wait to be taken.
+    // Also where they are submitted one by one.
     recorder.wait_each_pass(true);
     for _ in 0..300 {
         recorder.pass("alone", |_| {}).unwrap();

@@ -238,7 +238,7 @@ fn materials_come_from_the_mtl_file_where_the_scene_names_none() {
         SCENE.replace("material = \"steel\"", "blocks_light = false"),
     );
     let obj =
-        format!("{OBJ}g a\nusemtl chalk\nf 1 2 3\ng b\nf 2 3 4\ng c\nusemtl chrome\nf 1 3 4\n");
+        format!("{OBJ}g a\nusemtl chalk\nf 1 2 4\ng b\nf 2 3 4\ng c\nusemtl chrome\nf 1 4 3\n");
     folder.write("part.obj", obj);
     let loaded = folder.load().unwrap_or_else(|e| panic!("{e}"));
     let scene = &loaded.scene;

@@ -2,6 +2,7 @@
 //! normal on the side of the front.
 
 use super::Mesh;
+use super::obj_text::Corner;
 use foldhash::fast::RandomState;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
@@ -10,36 +11,47 @@ use std::collections::{HashMap, HashSet};
 const FAN_STARTS: usize = 64;
 
 /// Polygons of a file, cut into triangles.
-#[derive(Default)]
-pub struct Soup {
+pub struct Soup<'a> {
     /// m
-    pub positions: Vec<DVec3>,
-    /// As many as positions; of any length, zero where the file gives none.
-    pub normals: Vec<DVec3>,
-    pub triangles: Vec<[u32; 3]>,
+    pub positions: &'a [DVec3],
+    /// Of any length.
+    pub normals: &'a [DVec3],
+    pub triangles: Vec<[Corner; 3]>,
     /// As many as triangles: their corners, counted over all polygons' that were added.
     pub sources: Vec<[u32; 3]>,
+    /// By position, the number of the place where it is: positions at one place have one number.
+    places: Vec<u32>,
     /// Corners of the polygons so far.
     polygon_corners: u32,
     /// Triangles left out because they have no area.
     pub without_area: usize,
 }
 
-impl Soup {
+impl<'a> Soup<'a> {
+    pub fn new(positions: &'a [DVec3], normals: &'a [DVec3]) -> Self {
+        Self {
+            positions,
+            normals,
+            triangles: Vec::new(),
+            sources: Vec::new(),
+            places: places(positions),
+            polygon_corners: 0,
+            without_area: 0,
+        }
+    }
+
     /// Adds a polygon of at least three corners, counter-clockwise from the front. It becomes a
     /// fan around the first corner whose triangles all face the polygon's way, so a dent is not
-    /// filled.
+    /// filled. Returns the number of triangles.
     ///
     /// # Errors
     /// The reason, if no corner has such a fan.
-    pub fn add_polygon(&mut self, corners: &[u32]) -> Result<(), String> {
+    pub fn add_polygon(&mut self, corners: &[Corner]) -> Result<usize, String> {
         let n = corners.len();
         let first = self.polygon_corners;
         self.polygon_corners += n as u32;
         // Newell's normal, twice the vector area, about a corner to keep digits far from the origin.
-        let at = |i: usize| {
-            self.positions[corners[i % n] as usize] - self.positions[corners[0] as usize]
-        };
+        let at = |i: usize| self.position(corners[i % n]) - self.position(corners[0]);
         let front: DVec3 = (0..n).map(|i| at(i).cross(at(i + 1))).sum();
         let fan = |start: usize| {
             (1..n - 1).map(move |i| [start, start + i, start + i + 1].map(|c| c % n))
@@ -50,6 +62,7 @@ impl Soup {
         let start = (0..n.min(FAN_STARTS))
             .find(|&start| n == 3 || fan(start).all(faces_front))
             .ok_or("a polygon is too dented to be cut into a fan of triangles")?;
+        let before = self.triangles.len();
         for of_polygon in fan(start) {
             let triangle = of_polygon.map(|c| corners[c]);
             if self.vector_area(triangle).is_some() {
@@ -59,14 +72,24 @@ impl Soup {
                 self.without_area += 1;
             }
         }
-        Ok(())
+        Ok(self.triangles.len() - before)
+    }
+
+    fn position(&self, corner: Corner) -> DVec3 {
+        self.positions[corner.position as usize]
+    }
+
+    /// Of the place where a corner is.
+    fn place(&self, corner: Corner) -> u32 {
+        self.places[corner.position as usize]
     }
 
     /// Leaves out triangles whose corners are those of an earlier one, in the same
     /// turning order: their light would count twice. `materials` are the triangles'. Returns how many there were.
-    pub fn drop_duplicates(&mut self, places: &[u32], materials: &mut Vec<Option<usize>>) -> usize {
-        let triangles = self.triangles.iter();
-        let is_first = first_of_equals(triangles.map(|c| c.map(|corner| places[corner as usize])));
+    pub fn drop_duplicates(&mut self, materials: &mut Vec<Option<usize>>) -> usize {
+        let places =
+            (self.triangles.iter()).map(|corners| corners.map(|corner| self.place(corner)));
+        let is_first = first_of_equals(places);
         keep(&mut self.triangles, &is_first);
         keep(&mut self.sources, &is_first);
         keep(materials, &is_first);
@@ -74,8 +97,8 @@ impl Soup {
     }
 
     /// Half the cross product of two edges, or nothing where rounding decides its direction.
-    fn vector_area(&self, corners: [u32; 3]) -> Option<DVec3> {
-        let [a, b, c] = corners.map(|corner| self.positions[corner as usize]);
+    fn vector_area(&self, corners: [Corner; 3]) -> Option<DVec3> {
+        let [a, b, c] = corners.map(|corner| self.position(corner));
         let doubled = (b - a).cross(c - a);
         let longest = (b - a)
             .length_squared()
@@ -84,29 +107,24 @@ impl Soup {
         (doubled.length() > 1e-12 * longest).then_some(doubled / 2.0)
     }
 
-    /// By position, the number of the place where it is: positions at one place have one number.
-    pub fn places(&self) -> Vec<u32> {
-        places(&self.positions)
-    }
-
     /// Normals by place: the sum of the adjoining faces' normals, weighted by the angle
     /// of the corner (Thürmer and Wüthrich 1998), so that the cut into triangles does not matter.
     /// Corners at one place share a normal, whatever their indices.
-    pub fn smooth_normals(&self, places: &[u32]) -> Vec<DVec3> {
+    pub fn smooth_normals(&self) -> Vec<DVec3> {
         let mut sums = vec![DVec3::ZERO; self.positions.len()];
         for &corners in &self.triangles {
-            let positions = corners.map(|corner| self.positions[corner as usize]);
+            let positions = corners.map(|corner| self.position(corner));
             let face = self.face_normal(corners);
             for i in 0..3 {
                 let [at, next, last] = [0, 1, 2].map(|k| positions[(i + k) % 3]);
                 let angle = (next - at).angle_between(last - at);
-                sums[places[corners[i] as usize] as usize] += angle * face;
+                sums[self.place(corners[i]) as usize] += angle * face;
             }
         }
         sums
     }
 
-    fn face_normal(&self, corners: [u32; 3]) -> DVec3 {
+    fn face_normal(&self, corners: [Corner; 3]) -> DVec3 {
         let area = self
             .vector_area(corners)
             .expect("triangles without area are left out");
@@ -117,22 +135,15 @@ impl Soup {
     /// whose normal was behind their face. A normal of the file that is behind its face is turned about where it
     /// is more than 120° off, as in a mesh wound the other way round, and replaced by the face's
     /// otherwise, since the winding decides which side is the front. A computed one is replaced.
-    pub fn mesh(
-        &self,
-        triangles: &[[u32; 3]],
-        places: &[u32],
-        smooth: &[DVec3],
-        merge: bool,
-    ) -> (Mesh, usize) {
+    pub fn mesh(&self, triangles: &[[Corner; 3]], smooth: &[DVec3], merge: bool) -> (Mesh, usize) {
         let mut mesh = Mesh::default();
         let mut known = HashMap::with_hasher(RandomState::default());
         let mut turned = 0;
         for &corners in triangles {
             let face = self.face_normal(corners);
             let triangle = corners.map(|corner| {
-                let position = self.positions[corner as usize];
-                let own = unit(self.normals[corner as usize]);
-                let place = places[corner as usize];
+                let (position, place) = (self.position(corner), self.place(corner));
+                let own = (self.normals.get(corner.normal as usize)).and_then(|n| unit(*n));
                 let mut normal = own
                     .or_else(|| smooth.get(place as usize).copied().and_then(unit))
                     .unwrap_or(face);

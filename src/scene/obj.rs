@@ -1,15 +1,13 @@
-//! Wavefront OBJ meshes, read by tobj from a text that has been looked at line by line before:
-//! tobj's errors name no line, and it misreads some files and panics on others.
+//! Wavefront OBJ meshes with their materials.
 
 use super::asset::AssetRoot;
 use super::mesh::{Soup, first_of_equals, keep, places, unit};
-use super::obj_text::Plain;
+use super::obj_text::{Contents, Corner, NONE};
 use super::{MaterialKind, Mesh, memory, mtl};
 use crate::error::Result;
 use crate::input::{self, at_line, refused};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use std::collections::{BTreeMap, HashSet};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a file.
@@ -163,57 +161,47 @@ fn read_file(
     check_size(path, &content, to_follow.unwrap_or(0))?;
     // Old files have comments in other encodings; all that matters is ASCII.
     let text = String::from_utf8_lossy(&content);
-    let plain = Plain::of(path, text.trim_start_matches('\u{feff}'))?;
-    let mut library = String::new();
-    if use_mtl {
-        for (name, &line) in &plain.libraries {
-            let mtl = (root.resolve(path, name))
-                .map_err(|reason| at_line(path, line, &reason, NAME_A_MATERIAL))?;
-            library += &mtl::plain(&mtl, warnings)?;
-        }
-    }
-    let has_normals = plain.bare_corners == 0;
-    let (models, materials) = parse(&plain.text, &library, has_normals)
-        .map_err(|e| refused(path, &e.to_string(), "export the mesh again as OBJ"))?;
-    if use_mtl {
-        let known: HashSet<&str> = materials.iter().map(|m| m.name.as_str()).collect();
-        if let Some((name, &line)) = plain
-            .materials
-            .iter()
-            .find(|(name, _)| !known.contains(*name))
-        {
-            let reason = format!("no MTL file of this mesh has the material `{name}`");
-            return Err(at_line(path, line, &reason, NAME_A_MATERIAL));
-        }
+    let mut contents = Contents::of(path, text.trim_start_matches('\u{feff}'))?;
+    let materials = match use_mtl {
+        true => read_materials(path, root, &contents, warnings)?,
+        false => Vec::new(),
+    };
+    // By material of the OBJ file, its number in the MTL files. Of equal names the last counts.
+    let numbers: Vec<Option<usize>> = (contents.materials.iter())
+        .map(|(name, _)| {
+            materials
+                .iter()
+                .rposition(|material| material.name == *name)
+        })
+        .collect();
+    if use_mtl && let Some(unknown) = numbers.iter().position(Option::is_none) {
+        let (name, line) = contents.materials[unknown];
+        let reason = format!("no MTL file of this mesh has the material `{name}`");
+        return Err(at_line(path, line, &reason, NAME_A_MATERIAL));
     }
 
-    let mut soup = Soup::default();
-    // Number of the first triangle of each group, and its material.
-    let mut groups: Vec<(usize, Option<usize>)> = Vec::new();
-    for model in &models {
-        groups.push((soup.triangles.len(), model.mesh.material_id));
-        add(&mut soup, &model.mesh, has_normals, merge).map_err(|reason| {
-            let reason = format!("group `{}`: {reason}", model.name);
-            refused(
-                path,
-                &reason,
-                "cut the polygon into triangles before export",
-            )
-        })?;
+    let bare_corners = contents.bare_corners();
+    let has_normals = bare_corners == 0;
+    if !has_normals {
+        contents.normals.clear();
     }
-    let of_triangle = |number: usize| {
-        let after = groups.partition_point(|(first, _)| *first <= number);
-        groups[after - 1].1
-    };
-    let mut materials_of: Vec<Option<usize>> = (0..soup.triangles.len()).map(of_triangle).collect();
+    let mut soup = Soup::new(&contents.positions, &contents.normals);
+    let mut materials_of = Vec::with_capacity(contents.faces.len());
+    for (face, corners) in contents.polygons() {
+        let added = soup.add_polygon(corners).map_err(|reason| {
+            let remedy = "cut the polygon into triangles before export";
+            at_line(path, face.line as usize, &reason, remedy)
+        })?;
+        let material = numbers.get(face.material as usize).copied().flatten();
+        materials_of.extend(std::iter::repeat_n(material, added));
+    }
     // What corners have in common in one frame of an animation they may not have in the next.
-    let places = soup.places();
     let duplicates = match merge {
-        true => soup.drop_duplicates(&places, &mut materials_of),
+        true => soup.drop_duplicates(&mut materials_of),
         false => 0,
     };
     // Triangles, and their corners as counted in the file.
-    type Triangles = (Vec<[u32; 3]>, Vec<[u32; 3]>);
+    type Triangles = (Vec<[Corner; 3]>, Vec<[u32; 3]>);
     let mut by_material: BTreeMap<Option<usize>, Triangles> = BTreeMap::new();
     for (number, material) in materials_of.into_iter().enumerate() {
         let (triangles, sources) = by_material.entry(material).or_default();
@@ -230,15 +218,14 @@ fn read_file(
         return Err(refused(path, reason, "export the mesh with its polygons"));
     }
 
-    let zero_normals = soup
-        .normals
-        .iter()
-        .filter(|normal| unit(**normal).is_none())
-        .count();
-    let smooth = if zero_normals > 0 {
-        soup.smooth_normals(&places)
-    } else {
-        Vec::new()
+    // Corners whose normal has no length: one for each position that has such a one.
+    let zero_normals = match has_normals {
+        true => zero_normals(&contents),
+        false => 0,
+    };
+    let smooth = match has_normals && zero_normals == 0 {
+        true => Vec::new(),
+        false => soup.smooth_normals(),
     };
     let mut parts = Vec::new();
     let mut behind = 0;
@@ -258,49 +245,58 @@ fn read_file(
             }
             None => None,
         };
-        let (mesh, count) = soup.mesh(&triangles, &places, &smooth, merge);
+        let (mesh, count) = soup.mesh(&triangles, &smooth, merge);
         behind += count;
-        let uv = |corner: u32| plain.corner_uvs[corner as usize];
-        let uvs = match plain.has_uvs {
-            true => (sources.iter()).map(|corners| corners.map(uv)).collect(),
+        let uv = |corner: Corner| {
+            let uv = contents.textures.get(corner.texture as usize);
+            uv.copied().unwrap_or(DVec2::NAN)
+        };
+        let any = triangles
+            .as_flattened()
+            .iter()
+            .any(|corner| corner.texture != NONE);
+        let uvs = match any {
+            true => (triangles.iter()).map(|corners| corners.map(uv)).collect(),
             false => Vec::new(),
         };
         parts.push(FilePart {
             material,
             mesh,
-            corners: triangles,
+            corners: sources,
             uvs,
         });
     }
 
     let ignored = format!(
         "lines are not supported and left out, the first is {}",
-        plain.first_ignored
+        contents.first_ignored
     );
-    let flat = "corners are at edges too sharp to smooth, and keep the normal of their face";
+    const COMPUTED: &str = "so all normals were computed: at each vertex the mean of its faces', weighted by the angle of \
+         the corner, across all edges";
+    let no_normals = bare_corners == contents.corners.len();
+    let mixed = format!("corners have no normal, {COMPUTED}");
+    let sharp = format!(
+        "corners have the normal of their face, at edges too sharp for a mean; the file has no normals, {COMPUTED}"
+    );
     for (count, what) in [
-        (plain.ignored, ignored.as_str()),
-        (
-            if has_normals { 0 } else { plain.bare_corners },
-            "corners have no normal, so all normals were computed: at each vertex the mean of its faces', weighted by \
-             the angle of the corner, across all edges",
-        ),
+        (contents.ignored, ignored.as_str()),
+        (if no_normals { 0 } else { bare_corners }, mixed.as_str()),
         (soup.without_area, "triangles without area were left out"),
         (
             duplicates,
             "triangles were left out, as others have the same three corners: their light would count twice",
         ),
         (
-            if has_normals { zero_normals } else { 0 },
+            zero_normals,
             "normals of length zero were computed from the faces",
         ),
         (
             behind,
-            match has_normals {
-                true => {
+            match no_normals {
+                true => sharp.as_str(),
+                false => {
                     "corners had a normal behind their face; the winding decides which side is the front"
                 }
-                false => flat,
             },
         ),
     ] {
@@ -310,7 +306,7 @@ fn read_file(
     }
     Ok(Content {
         parts,
-        topology: plain.topology(),
+        topology: contents.topology(),
     })
 }
 
@@ -338,55 +334,30 @@ fn check_size(path: &Path, content: &[u8], frames_to_follow: u64) -> Result<()> 
         .map_err(|reason| refused(path, &reason, "free some memory, or use a coarser mesh"))
 }
 
-/// Without `has_normals` only positions and faces are right in what comes back.
-fn parse(
-    text: &str,
-    library: &str,
-    has_normals: bool,
-) -> Result<(Vec<tobj::Model>, Vec<tobj::Material>), tobj::LoadError> {
-    // Where some corners have no normal, a single index would pair the normals with the wrong
-    // positions.
-    let options = tobj::LoadOptions {
-        single_index: has_normals,
-        ..Default::default()
-    };
-    let mut text = "mtllib library\n".as_bytes().chain(text.as_bytes());
-    let (models, materials) = tobj::load_obj_buf(&mut text, &options, |_| {
-        tobj::load_mtl_buf(&mut library.as_bytes())
-    })?;
-    Ok((models, materials?))
+/// The materials of all MTL files that the mesh names.
+fn read_materials(
+    path: &Path,
+    root: &AssetRoot,
+    contents: &Contents,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<tobj::Material>> {
+    let mut library = String::new();
+    for (name, &line) in &contents.libraries {
+        let mtl = (root.resolve(path, name))
+            .map_err(|reason| at_line(path, line, &reason, NAME_A_MATERIAL))?;
+        library += &mtl::plain(&mtl, warnings)?;
+    }
+    let (materials, _) = tobj::load_mtl_buf(&mut library.as_bytes())
+        .map_err(|e| refused(path, &e.to_string(), "export the materials again"))?;
+    Ok(materials)
 }
 
-/// Adds a group; corners get the normal zero where the file has none. Where not `merge`, every
-/// corner has a position of its own.
-fn add(soup: &mut Soup, group: &tobj::Mesh, has_normals: bool, merge: bool) -> Result<(), String> {
-    let base = soup.positions.len() as u32;
-    let vectors = |values: &[f64]| -> Vec<DVec3> {
-        let all = values.chunks_exact(3).map(DVec3::from_slice);
-        match merge {
-            true => all.collect(),
-            false => {
-                let all: Vec<DVec3> = all.collect();
-                group.indices.iter().map(|i| all[*i as usize]).collect()
-            }
-        }
-    };
-    soup.positions.extend(vectors(&group.positions));
-    if has_normals {
-        soup.normals.extend(vectors(&group.normals));
-    }
-    soup.normals.resize(soup.positions.len(), DVec3::ZERO);
-    let indices = (0u32..).zip(&group.indices);
-    let mut corners = indices.map(|(count, index)| base + if merge { *index } else { count });
-    if group.face_arities.is_empty() {
-        // tobj's way to say that all are triangles.
-        while let (Some(a), Some(b), Some(c)) = (corners.next(), corners.next(), corners.next()) {
-            soup.add_polygon(&[a, b, c])?;
-        }
-    }
-    for &arity in &group.face_arities {
-        let polygon: Vec<u32> = corners.by_ref().take(arity as usize).collect();
-        soup.add_polygon(&polygon)?;
-    }
-    Ok(())
+/// Corners, each counted once by position, whose normal has no length.
+fn zero_normals(contents: &Contents) -> usize {
+    let is_zero = |corner: &&Corner| unit(contents.normals[corner.normal as usize]).is_none();
+    let zero = contents.corners.iter().filter(is_zero);
+    let pairs: HashSet<[u32; 2]> = zero
+        .map(|corner| [corner.position, corner.normal])
+        .collect();
+    pairs.len()
 }

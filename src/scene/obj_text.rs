@@ -1,48 +1,68 @@
-//! The text of an OBJ file, looked at line by line before tobj reads it: tobj's errors name no line,
-//! it takes NaN, makes triangles of points and polylines, loses track of normals where some corners
-//! have none, and overflows on wild indices. Texture coordinates are kept apart from it.
+//! The text of an OBJ file as numbers, checked line by line, so that errors name the line.
+//!
+//! tobj reads the MTL files only: of meshes it takes NaN, makes triangles of points and polylines, loses track of
+//! normals where some corners have none, overflows on wild indices, and names no line.
 
 use crate::error::Result;
 use crate::input::at_line;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Largest coordinate, m.
 const MAX_COORDINATE: f64 = 1e9;
 
+/// In the place of an index.
+pub const NONE: u32 = u32::MAX;
+
+/// A corner of a face: indices from 0, or [`NONE`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Corner {
+    pub position: u32,
+    pub normal: u32,
+    pub texture: u32,
+}
+
+/// A polygon.
+#[derive(Debug, Clone, Copy)]
+pub struct Face {
+    /// Its corners end here; they begin where those of the face before end.
+    pub end: u32,
+    /// Index into [`Contents::materials`], or [`NONE`].
+    pub material: u32,
+    /// In the file.
+    pub line: u32,
+}
+
 /// What matters of an OBJ file, checked: numbers finite, indices in range.
 #[derive(Default)]
-pub struct Plain<'a> {
-    /// `v`, `vn`, `f` without texture coordinates, `o`, `g` and `usemtl`, one a line.
-    pub text: String,
-    positions: i64,
-    normals: i64,
-    textures: Vec<DVec2>,
-    /// Texture coordinates of every face's corners, in the order of the file; NaN where there are none
-    /// to be used.
-    pub corner_uvs: Vec<DVec2>,
-    /// Whether any corner has some.
-    pub has_uvs: bool,
-    pub corners: usize,
-    /// Corners without a normal.
-    pub bare_corners: usize,
+pub struct Contents<'a> {
+    /// m
+    pub positions: Vec<DVec3>,
+    /// Of any length.
+    pub normals: Vec<DVec3>,
+    /// NaN where they are malformed, which matters only to light maps.
+    pub textures: Vec<DVec2>,
+    pub corners: Vec<Corner>,
+    pub faces: Vec<Face>,
     /// Names of MTL files, and the line that names them first.
     pub libraries: BTreeMap<&'a str, usize>,
-    /// Names of materials, and the line that uses them first.
-    pub materials: BTreeMap<&'a str, usize>,
+    /// Names of materials in the order of their first use, and the line of that.
+    pub materials: Vec<(&'a str, usize)>,
     /// Lines left out that would have had an effect.
     pub ignored: usize,
     pub first_ignored: String,
+    /// The material in use.
+    material: Option<u32>,
 }
 
-impl<'a> Plain<'a> {
+impl<'a> Contents<'a> {
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) with the line.
     pub fn of(path: &Path, text: &'a str) -> Result<Self> {
-        let mut plain = Self::default();
+        let mut contents = Self::default();
         for (index, line) in text.lines().enumerate() {
-            plain.add(index + 1, line.trim()).map_err(|reason| {
+            contents.add(index + 1, line.trim()).map_err(|reason| {
                 at_line(
                     path,
                     index + 1,
@@ -51,27 +71,38 @@ impl<'a> Plain<'a> {
                 )
             })?;
         }
-        Ok(plain)
+        Ok(contents)
+    }
+
+    /// Each face with its corners.
+    pub fn polygons(&self) -> impl Iterator<Item = (&Face, &[Corner])> {
+        let mut start = 0;
+        self.faces.iter().map(move |face| {
+            let corners = &self.corners[start..face.end as usize];
+            start = face.end as usize;
+            (face, corners)
+        })
+    }
+
+    /// Corners without a normal.
+    pub fn bare_corners(&self) -> usize {
+        self.corners
+            .iter()
+            .filter(|corner| corner.normal == NONE)
+            .count()
     }
 
     /// A digest of the faces: the positions of their corners, by number, and their materials.
     pub fn topology(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
-        for line in self.text.lines() {
-            let mut words = line.split(' ');
-            match words.next() {
-                Some("f") => {
-                    for word in words {
-                        let position = word.split('/').next().unwrap_or(word);
-                        hasher.update(position.as_bytes()).update(b" ");
-                    }
-                }
-                Some("usemtl") => {
-                    hasher.update(line.as_bytes());
-                }
-                _ => continue,
+        for (face, corners) in self.polygons() {
+            let name = (self.materials.get(face.material as usize)).map_or("", |(name, _)| name);
+            hasher.update(&(name.len() as u64).to_le_bytes());
+            hasher.update(name.as_bytes());
+            hasher.update(&(corners.len() as u64).to_le_bytes());
+            for corner in corners {
+                hasher.update(&corner.position.to_le_bytes());
             }
-            hasher.update(b"\n");
         }
         hasher.finalize()
     }
@@ -80,18 +111,10 @@ impl<'a> Plain<'a> {
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim_start();
         match keyword {
-            "v" => {
-                self.positions += 1;
-                // Four numbers are homogeneous coordinates; of six the last are a colour.
-                let words = words(rest, &[3, 4, 6])?;
-                self.keep(keyword, &words[..if words.len() == 4 { 4 } else { 3 }]);
-            }
-            "vn" => {
-                self.normals += 1;
-                self.keep(keyword, &words(rest, &[3])?);
-            }
+            // Four numbers are homogeneous coordinates; of six the last are a colour.
+            "v" => self.positions.push(vector(rest, &[3, 4, 6])?),
+            "vn" => self.normals.push(vector(rest, &[3])?),
             "vt" => {
-                // What is wrong with them matters only to a light map.
                 let mut numbers = rest
                     .split_whitespace()
                     .map(|word| word.parse().unwrap_or(f64::NAN));
@@ -99,37 +122,36 @@ impl<'a> Plain<'a> {
                 self.textures.push(uv.into());
             }
             "f" => {
-                let count = rest.split_whitespace().count();
+                let first = self.corners.len();
+                for word in rest.split_whitespace() {
+                    let corner = self.corner(word)?;
+                    self.corners.push(corner);
+                }
+                let count = self.corners.len() - first;
                 if count < 3 {
                     return Err(format!("a face has {count} corners, not three or more"));
                 }
-                let corners = (rest.split_whitespace())
-                    .map(|word| corner(word, self.positions, self.normals))
-                    .collect::<Result<Vec<_>, _>>()?;
-                self.corners += corners.len();
-                self.bare_corners += corners
-                    .iter()
-                    .filter(|corner| !corner.contains('/'))
-                    .count();
-                self.keep(keyword, &corners);
-                for word in rest.split_whitespace() {
-                    let uv = self.uv_of(word);
-                    self.has_uvs |= uv.is_some();
-                    self.corner_uvs.push(uv.unwrap_or(DVec2::NAN));
-                }
+                self.faces.push(Face {
+                    end: self.corners.len() as u32,
+                    material: self.material.unwrap_or(NONE),
+                    line: number as u32,
+                });
             }
             "usemtl" | "mtllib" if rest.is_empty() => {
                 return Err(format!("`{keyword}` names nothing"));
             }
             "usemtl" => {
-                self.materials.entry(rest).or_insert(number);
-                self.keep(keyword, &[rest]);
+                let known = self.materials.iter().position(|(name, _)| *name == rest);
+                let index = known.unwrap_or_else(|| {
+                    self.materials.push((rest, number));
+                    self.materials.len() - 1
+                });
+                self.material = Some(index as u32);
             }
             "mtllib" => {
                 self.libraries.entry(rest).or_insert(number);
             }
-            "o" | "g" => self.keep(keyword, &[rest]),
-            "" | "vp" | "s" | "l" | "p" | "mg" | "lod" | "usemap" | "maplib" => {}
+            "" | "o" | "g" | "vp" | "s" | "l" | "p" | "mg" | "lod" | "usemap" | "maplib" => {}
             _ if keyword.starts_with('#') => {}
             _ => {
                 self.ignored += 1;
@@ -141,62 +163,71 @@ impl<'a> Plain<'a> {
         Ok(())
     }
 
-    /// Texture coordinates of a corner `v/vt/vn`, if it names any that exist.
-    fn uv_of(&self, word: &str) -> Option<DVec2> {
-        let index: i64 = word.split('/').nth(1)?.parse().ok()?;
-        let place = if index < 0 {
-            self.textures.len() as i64 + index
-        } else {
-            index - 1
+    /// A corner `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative indices count back from the last.
+    fn corner(&self, word: &str) -> Result<Corner, String> {
+        let malformed = || format!("`{word}` is not a corner of a face");
+        let index = |text: &str, what: &str, count: usize| -> Result<u32, String> {
+            let number: i64 = text.parse().map_err(|_| malformed())?;
+            placed(number, count).ok_or_else(|| {
+                format!("a face uses {what} {number}, but {count} are defined above it")
+            })
         };
-        self.textures.get(usize::try_from(place).ok()?).copied()
-    }
-
-    fn keep(&mut self, keyword: &str, words: &[impl AsRef<str>]) {
-        self.text += keyword;
-        for word in words {
-            self.text.push(' ');
-            self.text += word.as_ref();
+        let mut fields = word.split('/');
+        let position = index(
+            fields.next().unwrap_or(""),
+            "position",
+            self.positions.len(),
+        )?;
+        // What is wrong with texture coordinates matters only to a light map.
+        let texture = (fields.next())
+            .and_then(|text| placed(text.parse().ok()?, self.textures.len()))
+            .unwrap_or(NONE);
+        let normal = match fields.next() {
+            None | Some("") => NONE,
+            Some(text) => index(text, "normal", self.normals.len())?,
+        };
+        match fields.next() {
+            None => Ok(Corner {
+                position,
+                normal,
+                texture,
+            }),
+            Some(_) => Err(malformed()),
         }
-        self.text.push('\n');
     }
 }
 
-/// The words of a position or normal, checked: so many numbers x, y, z and, if there are four,
-/// w, by which they are divided.
-fn words<'a>(rest: &'a str, counts: &[usize]) -> Result<Vec<&'a str>, String> {
-    let words: Vec<&str> = rest.split_whitespace().collect();
-    let numbers = (words.iter())
-        .map(|word| {
-            word.parse()
-                .map_err(|_| format!("`{word}` is not a number"))
-        })
-        .collect::<Result<Vec<f64>, _>>()?;
-    if !counts.contains(&numbers.len()) {
-        return Err(format!("there are {} numbers, not three", numbers.len()));
-    }
-    let w = if numbers.len() == 4 { numbers[3] } else { 1.0 };
-    let in_range = |x: &&f64| (*x / w).abs() <= MAX_COORDINATE;
-    match numbers[..3].iter().find(|x| !in_range(x)) {
-        Some(x) => Err(format!("{} is not within ±{MAX_COORDINATE:e}", x / w)),
-        None => Ok(words),
-    }
-}
-
-/// A corner `v/vt/vn` as `v` or `v//vn`; negative indices count back from the last.
-fn corner(word: &str, positions: i64, normals: i64) -> Result<String, String> {
-    let fields: Vec<&str> = word.split('/').collect();
-    let check = |index: &str, what: &str, count: i64| match index.parse::<i64>() {
-        Ok(i) if (1..=count).contains(&i) || (-count..=-1).contains(&i) => Ok(()),
-        Ok(i) => Err(format!(
-            "a face uses {what} {i}, but {count} are defined above it"
-        )),
-        Err(_) => Err(format!("`{word}` is not a corner of a face")),
+/// The index from 0 of number `number`, from 1 or from the end, of `count`.
+fn placed(number: i64, count: usize) -> Option<u32> {
+    let count = count as i64;
+    let index = if number < 0 {
+        count + number
+    } else {
+        number - 1
     };
-    check(fields[0], "position", positions)?;
-    match fields[..] {
-        [v] | [v, _] | [v, _, ""] => Ok(v.into()),
-        [v, _, vn] => check(vn, "normal", normals).map(|()| format!("{v}//{vn}")),
-        _ => Err(format!("`{word}` is not a corner of a face")),
+    (0..count).contains(&index).then_some(index as u32)
+}
+
+/// A position or normal, checked: so many numbers x, y, z and, if there are four, w, by which they are divided.
+fn vector(rest: &str, counts: &[usize]) -> Result<DVec3, String> {
+    let mut numbers = [0.0; 6];
+    let mut count = 0;
+    for word in rest.split_whitespace() {
+        let number: f64 = (word.parse()).map_err(|_| format!("`{word}` is not a number"))?;
+        if let Some(place) = numbers.get_mut(count) {
+            *place = number;
+        }
+        count += 1;
+    }
+    if !counts.contains(&count) {
+        return Err(format!("there are {count} numbers, not three"));
+    }
+    let [x, y, z, w, ..] = numbers;
+    let vector = DVec3::new(x, y, z) / if count == 4 { w } else { 1.0 };
+    // NaN is not within anything.
+    let is_out = |x: &f64| !(-MAX_COORDINATE..=MAX_COORDINATE).contains(x);
+    match vector.to_array().into_iter().find(is_out) {
+        Some(x) => Err(format!("{x} is not within ±{MAX_COORDINATE:e}")),
+        None => Ok(vector),
     }
 }

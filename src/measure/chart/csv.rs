@@ -127,3 +127,20 @@ fn peer_row<'a>(scene: &'a SceneChart, peer: &'a Peer, pareto: bool) -> Row<'a> 
         note: peer.note.as_deref().unwrap_or_default(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde::Serialize;
+
+    #[test]
+    fn formulas_become_text() {
+        #[derive(Serialize)]
+        struct Row(#[serde(serialize_with = "super::text")] &'static str);
+        let mut writer = ::csv::Writer::from_writer(Vec::new());
+        for cell in ["=1+1", "@SUM(A1)", "-2", "ring", ""] {
+            writer.serialize(Row(cell)).unwrap();
+        }
+        let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
+        assert_eq!(text, "'=1+1\n'@SUM(A1)\n'-2\nring\n\"\"\n");
+    }
+}
