@@ -16,6 +16,11 @@ const TARGET: f64 = 0.06; // s
 const GROWTH: u64 = 8;
 /// A cost changes by this factor at most from one submission to the next.
 const MOST_CHANGE: f64 = 8.0;
+/// What is known of a cost after some submissions falls by this factor at most: parts of a picture differ, and the dear
+/// ones count.
+const MEMORY: f64 = 0.97;
+/// Submissions after which a cost is known: the first ones hold what drivers put off until then, as compiling does.
+const LEARNING: u32 = 4;
 
 /// One kind of work.
 #[derive(Debug)]
@@ -23,7 +28,9 @@ struct Work {
     name: &'static str,
     /// s a unit; `None` before the first submission that held any.
     cost: Option<f64>,
-    /// Units of the largest submission so far.
+    /// Submissions that held any.
+    count: u32,
+    /// Units of the largest one.
     largest: u64,
     /// Units in the open submission.
     open: u64,
@@ -51,6 +58,7 @@ impl Pace {
             self.works.push(Work {
                 name,
                 cost: None,
+                count: 0,
                 largest: 0,
                 open: 0,
             });
@@ -97,13 +105,17 @@ impl Pace {
             let units = std::mem::take(&mut work.open);
             let Some(wall) = wall else { continue };
             work.largest = work.largest.max(units);
+            work.count += 1;
             work.cost = Some(match work.cost {
                 // Alone in its submission.
                 None => wall.as_secs_f64() / units as f64,
-                // The first time holds what drivers put off until then, as compiling does, and later ones are
-                // noisy, so no single one counts for all.
                 Some(cost) => {
-                    cost * (wall.as_secs_f64() / expected).clamp(1.0 / MOST_CHANGE, MOST_CHANGE)
+                    let least = if work.count < LEARNING {
+                        1.0 / MOST_CHANGE
+                    } else {
+                        MEMORY
+                    };
+                    cost * (wall.as_secs_f64() / expected).clamp(least, MOST_CHANGE)
                 }
             });
         }
