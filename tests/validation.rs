@@ -86,7 +86,7 @@ fn reading_beyond_a_buffer_is_caught() {
             let pipeline =
                 Pipeline::compute(context, &shaders::COMPACT_COMP, false, &resources).unwrap();
             let mut recorder = Recorder::new(context).unwrap();
-            recorder.dispatch(&pipeline, &[pairs, 2, 1], [1, 1, 1]);
+            recorder.dispatch(&pipeline, &[pairs, 2, 1, 8], [1, 1, 1]);
             recorder.submit().unwrap();
         })
     };
