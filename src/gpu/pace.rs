@@ -8,18 +8,19 @@
 
 use std::time::Duration;
 
-/// Wall time that a submission should take at most: half of what a user notices as a hitch in Ctrl-C,
-/// and far below any watchdog.
+/// Target for the wall time of a submission: too short for a user who presses Ctrl-C to notice, and far below the
+/// limit of any watchdog.
 const TARGET: f64 = 0.06; // s
 /// A submission has at most so many times the units of the largest one before: later units may cost more
 /// than earlier ones.
 const GROWTH: u64 = 8;
 /// A cost changes by this factor at most from one submission to the next.
 const MOST_CHANGE: f64 = 8.0;
-/// What is known of a cost after some submissions falls by this factor at most: parts of a picture differ, and the dear
-/// ones count.
+/// Once learnt, a cost falls by this factor at most from one submission to the next, so that the expensive parts of a
+/// picture determine how much a submission holds.
 const MEMORY: f64 = 0.97;
-/// Submissions after which a cost is known: the first ones hold what drivers put off until then, as compiling does.
+/// Submissions after which a cost counts as learnt: the first ones include work that drivers defer, such as compiling
+/// shaders.
 const LEARNING: u32 = 4;
 
 /// One kind of work.

@@ -11,7 +11,7 @@ use bytemuck::Pod;
 use std::ffi::CString;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// One side of a barrier: which stages touch memory, and how.
 #[derive(Debug, Clone, Copy)]
@@ -277,7 +277,10 @@ impl Recorder {
         let begun = self.begin();
         let durations = result?;
         begun?;
-        self.count_submission(wall);
+        self.submissions = self.submissions.max(Submissions {
+            count: self.submissions.count + 1,
+            longest: wall.as_secs_f64(),
+        });
         for (index, name) in names.into_iter().enumerate() {
             self.times.push(PassTime {
                 name,
@@ -290,11 +293,6 @@ impl Recorder {
             Some(ControlFlow::Break(())) => Err(Error::Cancelled),
             _ => Ok(()),
         }
-    }
-
-    fn count_submission(&mut self, wall: Duration) {
-        self.submissions.count += 1;
-        self.submissions.longest = self.submissions.longest.max(wall.as_secs_f64());
     }
 
     /// Runs the command buffer to its end; the durations of its passes, if the queue has

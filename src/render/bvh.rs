@@ -68,7 +68,7 @@ impl Bvh {
     pub fn refit(&mut self, triangles: &[layout::Triangle]) -> bool {
         for index in (0..self.tree.len()).rev() {
             let node = self.tree[index];
-            self.tree[index].aabb = match node.is_leaf() {
+            self.tree[index].aabb = match node.is_leaf {
                 true => union(triangles[node.triangles()].iter().map(Aabb::of)),
                 false => union([node.left, node.right].map(|i| self.tree[i as usize].aabb)),
             };
@@ -99,7 +99,7 @@ impl Bvh {
             if !node.aabb.meets(origin, inverse, *farthest) {
                 continue;
             }
-            match node.is_leaf() {
+            match node.is_leaf {
                 true => node
                     .triangles()
                     .for_each(|triangle| visit(triangle, farthest)),
@@ -195,10 +195,6 @@ impl Default for TreeNode {
 }
 
 impl TreeNode {
-    fn is_leaf(&self) -> bool {
-        self.is_leaf
-    }
-
     /// Of a leaf, in the order of the leaves.
     fn triangles(&self) -> Range<usize> {
         self.left as usize..(self.left + self.right) as usize
@@ -373,11 +369,11 @@ fn compact(sparse: &[TreeNode]) -> Vec<TreeNode> {
         let node = sparse[index as usize];
         places[index as usize] = tree.len() as u32;
         tree.push(node);
-        if !node.is_leaf() {
+        if !node.is_leaf {
             open.extend([node.right, node.left]);
         }
     }
-    for node in tree.iter_mut().filter(|node| !node.is_leaf()) {
+    for node in tree.iter_mut().filter(|node| !node.is_leaf) {
         [node.left, node.right] = [node.left, node.right].map(|child| places[child as usize]);
     }
     tree
@@ -385,7 +381,7 @@ fn compact(sparse: &[TreeNode]) -> Vec<TreeNode> {
 
 /// Expected steps of a ray, up to a constant factor: the area of all boxes with children.
 fn cost(tree: &[TreeNode]) -> f32 {
-    let inner = tree.iter().filter(|node| !node.is_leaf());
+    let inner = tree.iter().filter(|node| !node.is_leaf);
     inner.map(|node| node.aabb.half_area()).sum()
 }
 
@@ -408,13 +404,13 @@ fn pack(tree: &[TreeNode], grid: &Grid) -> Vec<Node> {
     let packed_index: Vec<u32> = (tree.iter())
         .map(|node| {
             let index = inner;
-            inner += u32::from(!node.is_leaf());
+            inner += u32::from(!node.is_leaf);
             index
         })
         .collect();
     let link = |index: u32| {
         let node = &tree[index as usize];
-        if node.is_leaf() {
+        if node.is_leaf {
             assert!(node.right < 16 && node.left >> COUNT_SHIFT == 0);
             node.left | node.right << COUNT_SHIFT
         } else {
@@ -433,12 +429,12 @@ fn pack(tree: &[TreeNode], grid: &Grid) -> Vec<Node> {
             right_link: link(right),
         }
     };
-    if tree[0].is_leaf() {
+    if tree[0].is_leaf {
         // The root needs two children: the only leaf twice costs little.
         return vec![node([0, 0])];
     }
     (tree.iter())
-        .filter(|node| !node.is_leaf())
+        .filter(|node| !node.is_leaf)
         .map(|parent| node([parent.left, parent.right]))
         .collect()
 }

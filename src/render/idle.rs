@@ -1,7 +1,7 @@
 //! Why reflectors and transparent objects throw no caustic: light is followed from points on them, one
 //! ray to a light and one on to what it meets.
 //!
-//! For messages only: the renderer does not ask.
+//! For messages only: no frame depends on it.
 
 use super::layout::{self, Light};
 use super::narrow::{directions, ways};

@@ -166,7 +166,7 @@ fn read_file(
         true => read_materials(path, root, &contents, warnings)?,
         false => Vec::new(),
     };
-    // By material of the OBJ file, its number in the MTL files. Of equal names the last counts.
+    // For each material that the OBJ file uses, its index in the MTL files; the last one of several with that name.
     let numbers: Vec<Option<usize>> = (contents.materials.iter())
         .map(|(name, _)| {
             materials
@@ -195,7 +195,7 @@ fn read_file(
         let material = numbers.get(face.material as usize).copied().flatten();
         materials_of.extend(std::iter::repeat_n(material, added));
     }
-    // What corners have in common in one frame of an animation they may not have in the next.
+    // Corners that coincide in one frame of an animation may part in the next.
     let duplicates = match merge {
         true => soup.drop_duplicates(&mut materials_of),
         false => 0,
@@ -218,7 +218,6 @@ fn read_file(
         return Err(refused(path, reason, "export the mesh with its polygons"));
     }
 
-    // Corners whose normal has no length: one for each position that has such a one.
     let zero_normals = match has_normals {
         true => zero_normals(&contents),
         false => 0,
