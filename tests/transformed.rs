@@ -131,6 +131,8 @@ fn a_mirror_that_faces_no_light_throws_none_and_says_so() {
     }
     let mut no_light = lit.clone();
     no_light.lights.clear();
+    let mut no_mirror = lit.clone();
+    no_mirror.objects.retain(|object| object.name != "mirror");
     let dark = |scene: &Scene, method_| {
         let mut renderer = device.renderer(scene, &method(method_, 4096));
         renderer.caustic().unwrap();
@@ -152,6 +154,11 @@ fn a_mirror_that_faces_no_light_throws_none_and_says_so() {
     ] {
         assert!(dark(&turned, method));
         assert!(dark(&no_light, method));
+        let notes = device
+            .renderer(&no_mirror, &self::method(method, 4096))
+            .notes();
+        let expected = "no caustic: nothing in the scene reflects or refracts light";
+        assert!(notes.iter().any(|note| note == expected), "{notes:?}");
         assert!(!dark(&lit, method));
     }
 }

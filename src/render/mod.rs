@@ -335,8 +335,9 @@ impl Renderer {
             let note = "the environment throws no caustic, and water lets none of it through: the \
                  methods footprint and pinhole do that";
             notes.push(note.into());
-        } else if self.scene.reflector_count == 0 && !self.scene.has_environment {
-            notes.push("no caustic: no reflector or transparent surface faces a light".into());
+        } else if self.scene.scene.specular_objects().next().is_none() {
+            let note = "no caustic: nothing in the scene reflects or refracts light";
+            notes.push(note.into());
         }
         notes.extend(
             self.scene
