@@ -9,57 +9,43 @@
 //! patches instead, as the paper does; `beams` draws each patch as a triangle of even irradiance;
 //! `points` replaces patches and footprints by points and single texels.
 
-mod beams;
-mod bvh;
-mod curved;
-mod direct;
-mod idle;
-mod kernel;
-mod layout;
-mod light_images;
-mod listed;
-mod merged;
-mod narrow;
-mod pairs;
-mod parts;
-mod pinhole;
-mod points;
-mod project;
-mod reflectors;
-mod resolve;
-mod sample;
-mod shade;
-mod sky;
-mod soup;
+mod device_scene;
+mod diagnostics;
+mod dispatch;
+mod environment;
+mod geometry;
+mod gpu_types;
+mod lights;
+mod methods;
+mod patches;
+mod receivers;
 mod splat;
-mod split;
-mod surface;
 mod update;
-mod upload;
+mod view;
 
 use crate::error::{Error, Result};
 use crate::gpu::{
     Access, Buffer, Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher,
 };
 use crate::image_file::RgbImage;
+use crate::render::device_scene::{COARSEST, DeviceScene};
+use crate::render::dispatch::{Part, bands, first_groups, group_count};
+use crate::render::environment::pairs::Class;
+use crate::render::methods::pinhole::Pinhole;
+use crate::render::methods::points::Points;
+use crate::render::patches::sample::Sample;
+use crate::render::splat::draw_footprints::Splat;
+use crate::render::splat::footprints::Project;
+use crate::render::splat::list::{Batch, Listed};
+use crate::render::splat::mesh_footprints::{Dilate, Splats};
+use crate::render::splat::pinhole_images::LightImages;
+use crate::render::splat::resolve::Resolve;
+use crate::render::splat::triangles::Beams;
+use crate::render::view::camera::Shade;
+use crate::render::view::direct::Direct;
 use crate::scene::{Camera, Scene};
-use beams::Beams;
-use curved::{Dilate, Splats};
-use direct::Direct;
-use light_images::LightImages;
-use listed::{Batch, Listed};
-use pairs::Class;
-use parts::{Part, bands, first_groups, group_count};
-use pinhole::Pinhole;
-use points::Points;
-use project::Project;
-use resolve::Resolve;
-use sample::Sample;
-use shade::Shade;
-use splat::Splat;
 use std::ops::Range;
 use std::sync::Arc;
-use upload::{COARSEST, DeviceScene};
 
 /// How the caustic is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
@@ -343,7 +329,7 @@ impl Renderer {
             self.scene
                 .patch_note(self.settings.method, self.settings.samples),
         );
-        notes.extend(idle::sentences(
+        notes.extend(diagnostics::sentences(
             &self.scene,
             &self.scene.lights_now(),
             lights,
@@ -721,7 +707,7 @@ const FIRST_POINTS: u64 = 1 << 12;
 fn record_sample(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
     let total = scene.patch_count.into();
     recorder.in_shares("sample", total, FIRST_PATCHES, |r, done, most| {
-        let patches = most.min(sample::BATCH.into()) as u32;
+        let patches = most.min(crate::render::patches::sample::BATCH.into()) as u32;
         r.pass("sample", |r| {
             sample.record(r, scene, done as u32, patches);
             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);

@@ -5,13 +5,15 @@
 //! fitted to them (`bvh.rs`). Which triangles face a light is found out anew; how finely they are cut
 //! is not (`reflectors.rs`).
 
-use super::layout::Patch;
-use super::narrow::is_narrow;
-use super::reflectors;
-use super::surface::{Surfaces, surfaces};
-use super::upload::{DeviceScene, Lights, can_block, lights, mip_chain, objects, receivers};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder, Write};
+use crate::render::device_scene::{
+    DeviceScene, Lights, can_block, lights, mip_chain, objects, receivers,
+};
+use crate::render::gpu_types::Patch;
+use crate::render::lights::is_narrow;
+use crate::render::patches::tessellation;
+use crate::render::receivers::mesh::{Surfaces, surfaces};
 use crate::scene::{Geometry, LightKind, Mesh, Object, Scene};
 use std::borrow::Cow;
 use std::mem::discriminant;
@@ -26,7 +28,7 @@ impl DeviceScene {
     /// [`DeviceScene::patch_room`] was, which has grown then, or for another environment.
     ///
     /// # Errors
-    /// As [`super::Renderer::update`].
+    /// As [`crate::render::Renderer::update`].
     pub fn update(
         &mut self,
         context: &Arc<Context>,
@@ -154,7 +156,7 @@ impl DeviceScene {
         // Room for all that can ever be lit, if the device allows it, grows only once.
         let all = self.specular.all_patches();
         let fits = all * size_of::<Patch>() as u64 <= context.max_storage_bytes()
-            && all.saturating_mul(u64::from(self.light_count())) <= reflectors::MOST_PAIRS;
+            && all.saturating_mul(u64::from(self.light_count())) <= tessellation::MOST_PAIRS;
         self.patch_room = if fits { all as u32 } else { lit.patch_count };
         Ok(true)
     }

@@ -4,8 +4,8 @@
 //! They tile the sky, so that what is even stays even, and are cut where that leaves the least light out of
 //! its place: along the edges of windows first.
 
-use super::layout;
-use super::upload::mip_chain;
+use crate::render::device_scene::mip_chain;
+use crate::render::gpu_types;
 use crate::scene::EnvironmentMap;
 use glam::{DMat2, DVec2, DVec3, Vec3};
 use std::borrow::Cow;
@@ -40,16 +40,16 @@ pub struct SkyCell {
 
 impl SkyCell {
     /// The light that it is. `rotation` in rad.
-    pub fn light(&self, scale: f32, rotation: f32) -> layout::Light {
+    pub fn light(&self, scale: f32, rotation: f32) -> gpu_types::Light {
         self.spread_light(scale, rotation, SPREAD)
     }
 
     /// The light that it is where it need not run into others.
-    pub fn sun(&self, scale: f32, rotation: f32) -> layout::Light {
+    pub fn sun(&self, scale: f32, rotation: f32) -> gpu_types::Light {
         self.spread_light(scale, rotation, 1.0)
     }
 
-    fn spread_light(&self, scale: f32, rotation: f32, spread: f64) -> layout::Light {
+    fn spread_light(&self, scale: f32, rotation: f32, spread: f64) -> gpu_types::Light {
         let azimuth = self.azimuth + f64::from(rotation);
         let cosine = (1.0 - self.sine * self.sine).max(0.0).sqrt();
         // The azimuth is atan2(x, -z).
@@ -57,7 +57,7 @@ impl SkyCell {
         let east = DVec3::new(-z, 0.0, x);
         let up = DVec3::new(-self.sine * x, cosine, -self.sine * z);
         let [across, along] = self.deviations().map(|deviation| deviation * spread.sqrt());
-        layout::Light {
+        gpu_types::Light {
             place: DVec3::new(cosine * x, self.sine, cosine * z).as_vec3(),
             // As if it were a disc of this variance.
             size: (2.0 * (across * across + along * along)).sqrt() as f32,

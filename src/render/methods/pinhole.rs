@@ -1,12 +1,12 @@
 //! pinhole: the paper's gather over all patches at every texel.
 
-use super::Settings;
-use super::kernel::{SPREAD, profiles};
-use super::layout::PinholePush;
-use super::parts::Part;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
+use crate::render::Settings;
+use crate::render::device_scene::DeviceScene;
+use crate::render::dispatch::Part;
+use crate::render::gpu_types::PinholePush;
+use crate::render::splat::kernel_profiles::{SPREAD, profiles};
 use std::sync::Arc;
 
 /// Patches that one dispatch gathers at most; a texel's sum is that of its batches.

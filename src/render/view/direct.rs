@@ -1,10 +1,10 @@
 //! direct: light that reaches the receivers without a mirror.
 
-use super::layout::DirectPush;
-use super::parts::Part;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::dispatch::Part;
+use crate::render::gpu_types::DirectPush;
 use std::sync::Arc;
 
 /// Of a texel, to each sun and to the environment; the constants of direct.comp.

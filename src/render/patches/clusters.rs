@@ -5,11 +5,11 @@
 //!
 //! How pieces are merged is settled once; where they are, and how they bend the light, every frame.
 
-use super::layout::{Normals, Patch, Triangle};
-use super::reflectors::area;
-use super::sky::root;
-use super::soup::Soup;
-use super::split::{Cells, Moments, Point, split};
+use crate::render::environment::cells::root;
+use crate::render::geometry::triangle_store::Soup;
+use crate::render::gpu_types::{Normals, Patch, Triangle};
+use crate::render::patches::kd_tree::{Cells, Moments, Point, split};
+use crate::render::patches::tessellation::area;
 use crate::scene::Scene;
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3, EulerRot};
 use rayon::prelude::*;

@@ -1,12 +1,12 @@
 //! project: the image of every light in every patch on every receiver, as a footprint.
 
-use super::kernel::{FLAT_SPREAD, MERGED_SPREAD, SPREAD, profiles};
-use super::layout::{Footprint, ProjectPush};
-use super::listed::{Batch, Listed};
-use super::pairs::Class;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, Shader, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::environment::pairs::Class;
+use crate::render::gpu_types::{Footprint, ProjectPush};
+use crate::render::splat::kernel_profiles::{FLAT_SPREAD, MERGED_SPREAD, SPREAD, profiles};
+use crate::render::splat::list::{Batch, Listed};
 use glam::UVec2;
 use std::sync::Arc;
 

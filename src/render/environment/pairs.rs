@@ -7,14 +7,14 @@
 //! Halving cells and patches pair by pair, always where that narrows the footprints most, is worse: their
 //! sum is uneven where sizes change.
 
-use super::Settings;
-use super::layout::{Light, Patch};
-use super::merged::{Merged, WAYS, Wanted};
-use super::sky::{self, Part, SkyCell, divide};
-use super::soup::Soup;
-use super::upload::Sky;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context};
+use crate::render::Settings;
+use crate::render::device_scene::Sky;
+use crate::render::environment::cells::{Part, SkyCell, divide, flux};
+use crate::render::geometry::triangle_store::Soup;
+use crate::render::gpu_types::{Light, Patch};
+use crate::render::patches::clusters::{Merged, WAYS, Wanted};
 use crate::scene::{Geometry, Object, Scene, memory};
 use glam::{DVec3, UVec2, Vec3};
 use std::sync::Arc;
@@ -262,7 +262,7 @@ fn share_of(sky: &Sky, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
         f64::from(sun.power.element_sum() * falloffs) / middles.len() as f64
     };
     let others: f64 = suns.iter().map(irradiance).sum();
-    let of_sky = f64::from(sky.scale) * sky::flux(sky.map);
+    let of_sky = f64::from(sky.scale) * flux(sky.map);
     match of_sky + others {
         0.0 => 1.0,
         all => of_sky / all,

@@ -1,10 +1,12 @@
 //! surface: the curved receivers as the shaders see them: what lies in each texel of their light maps,
 //! where rays start, and the quadtree in which light finds the texels that it falls on.
 
-use super::layout::{AtlasNode, AtlasSamples, AtlasTexel, Curved, LEAF, NO_TEXEL, NO_TRIANGLE};
-use super::soup::{Soup, packed};
-use super::upload::Tile;
 use crate::error::{Error, Result};
+use crate::render::device_scene::Tile;
+use crate::render::geometry::triangle_store::{Soup, packed};
+use crate::render::gpu_types::{
+    AtlasNode, AtlasSamples, AtlasTexel, Curved, LEAF, NO_TEXEL, NO_TRIANGLE,
+};
 use crate::scene::{Atlas, Mesh, NoLayout, Scene};
 use glam::{DMat3, DVec2, DVec3, UVec4};
 use std::f64::consts::FRAC_PI_2;

@@ -3,9 +3,9 @@
 //!
 //! What moves is put into its place again, and the hierarchy fitted to it.
 
-use super::bvh::Bvh;
-use super::layout::{self, BLOCKS, IS_CURVED};
 use crate::error::{Error, Result};
+use crate::render::geometry::bvh::Bvh;
+use crate::render::gpu_types::{self, BLOCKS, IS_CURVED};
 use crate::scene::{Atlas, Geometry, Mesh, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
@@ -15,8 +15,8 @@ use std::ops::Range;
 const MOST_TRIANGLES: usize = (1 << 28) - 1;
 
 pub struct Soup {
-    pub triangles: Vec<layout::Triangle>,
-    pub normals: Vec<layout::Normals>,
+    pub triangles: Vec<gpu_types::Triangle>,
+    pub normals: Vec<gpu_types::Normals>,
     bvh: Bvh,
     /// Index into `triangles` of each triangle of the scene, object by object.
     places: Vec<u32>,
@@ -39,7 +39,7 @@ impl Soup {
     ) -> Result<Self> {
         let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
         // Judged before the hierarchy, which takes a while to build.
-        let most = MOST_TRIANGLES.min(most_bytes as usize / size_of::<layout::Triangle>());
+        let most = MOST_TRIANGLES.min(most_bytes as usize / size_of::<gpu_types::Triangle>());
         if count > most {
             return Err(Error::Usage {
                 reason: format!(
@@ -58,14 +58,14 @@ impl Soup {
             let blocks = if object.blocks_light { BLOCKS } else { 0 };
             let is_curved = atlas.map_or(0, |_| IS_CURVED);
             for (number, corners) in mesh.triangles.iter().enumerate() {
-                triangles.push(layout::Triangle {
+                triangles.push(gpu_types::Triangle {
                     object: index as u32,
                     blocks: blocks | is_curved,
                     ..geometry_of(mesh, corners, origin)
                 });
                 let [uv0, uv1, uv2] =
                     atlas.map_or([0; 3], |atlas| atlas.corners(number).map(packed));
-                normals.push(layout::Normals {
+                normals.push(gpu_types::Normals {
                     uv0,
                     uv1,
                     uv2,
@@ -118,7 +118,7 @@ impl Soup {
 
     /// Bytes that [`Soup::nodes`] can come to: a hierarchy has a node less than triangles.
     pub fn most_node_bytes(&self) -> u64 {
-        (size_of::<layout::Grid>() + self.triangles.len() * size_of::<layout::Node>()) as u64
+        (size_of::<gpu_types::Grid>() + self.triangles.len() * size_of::<gpu_types::Node>()) as u64
     }
 
     /// Indices into [`Soup::triangles`] of an object's triangles, in the order of its mesh.
@@ -130,20 +130,20 @@ impl Soup {
     pub fn put(&mut self, object: usize, mesh: &Mesh) {
         for (corners, place) in mesh.triangles.iter().zip(self.ranges[object].clone()) {
             let place = self.places[place] as usize;
-            let layout::Triangle {
+            let gpu_types::Triangle {
                 object,
                 blocks,
                 twin,
                 ..
             } = self.triangles[place];
-            self.triangles[place] = layout::Triangle {
+            self.triangles[place] = gpu_types::Triangle {
                 object,
                 blocks,
                 twin,
                 ..geometry_of(mesh, corners, self.origin)
             };
-            let layout::Normals { uv0, uv1, uv2, .. } = self.normals[place];
-            self.normals[place] = layout::Normals {
+            let gpu_types::Normals { uv0, uv1, uv2, .. } = self.normals[place];
+            self.normals[place] = gpu_types::Normals {
                 uv0,
                 uv1,
                 uv2,
@@ -191,8 +191,8 @@ impl Soup {
         &self,
         origin: Vec3,
         direction: Vec3,
-        wanted: impl Fn(&layout::Triangle) -> bool,
-    ) -> Option<&layout::Triangle> {
+        wanted: impl Fn(&gpu_types::Triangle) -> bool,
+    ) -> Option<&gpu_types::Triangle> {
         let (mut farthest, mut nearest) = (f32::INFINITY, None);
         self.bvh
             .walk(origin, direction, &mut farthest, |place, farthest| {
@@ -212,7 +212,7 @@ impl Soup {
 }
 
 /// Where a ray crosses the triangle, m; infinite where it does not (Möller & Trumbore 1997).
-fn meets(triangle: &layout::Triangle, origin: Vec3, direction: Vec3) -> f32 {
+fn meets(triangle: &gpu_types::Triangle, origin: Vec3, direction: Vec3) -> f32 {
     let p = direction.cross(triangle.edge2);
     let determinant = triangle.edge1.dot(p);
     let from_corner = origin - triangle.position;
@@ -238,9 +238,9 @@ pub fn packed(pair: DVec2) -> u32 {
 }
 
 /// A triangle with its place.
-fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> layout::Triangle {
+fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> gpu_types::Triangle {
     let [p0, p1, p2] = corners.map(|c| mesh.positions[c as usize] - origin);
-    layout::Triangle {
+    gpu_types::Triangle {
         position: p0.as_vec3(),
         edge1: (p1 - p0).as_vec3(),
         edge2: (p2 - p0).as_vec3(),
@@ -248,9 +248,9 @@ fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> layout::Triang
     }
 }
 
-fn normals_of(mesh: &Mesh, corners: &[u32; 3]) -> layout::Normals {
+fn normals_of(mesh: &Mesh, corners: &[u32; 3]) -> gpu_types::Normals {
     let [n0, n1, n2] = corners.map(|c| mesh.normals[c as usize].as_vec3());
-    layout::Normals {
+    gpu_types::Normals {
         n0,
         n1,
         n2,
@@ -280,7 +280,7 @@ mod tests {
             .collect();
         let no_atlases: Vec<Option<Atlas>> = scene.objects.iter().map(|_| None).collect();
         let within = |triangles: usize| {
-            let bytes = triangles * size_of::<layout::Triangle>();
+            let bytes = triangles * size_of::<gpu_types::Triangle>();
             Soup::new(&scene, &meshes, &no_atlases, bytes as u64).map(|_| ())
         };
         let error = within(3).unwrap_err().to_string();

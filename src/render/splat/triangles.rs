@@ -2,12 +2,12 @@
 //! irradiance. What most renderings of water do, and right for suns that blur much less than a texel: they are
 //! the footprints of these.
 
-use super::Area;
-use super::layout::{Beam, BeamsPush};
-use super::listed::{Batch, Listed};
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use crate::render::Area;
+use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::{Beam, BeamsPush};
+use crate::render::splat::list::{Batch, Listed};
 use std::sync::Arc;
 
 pub struct Beams {

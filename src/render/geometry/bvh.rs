@@ -5,7 +5,7 @@
 //! node holds its two children's boxes in 16 bits a side, rounded outward, so that a step reads 32 bytes. Software
 //! devices gather every word by itself.
 
-use super::layout::{self, Grid, Node};
+use crate::render::gpu_types::{self, Grid, Node};
 use glam::{UVec3, Vec3};
 use std::ops::Range;
 
@@ -47,7 +47,7 @@ const GROWN: f32 = 2.0;
 
 impl Bvh {
     /// A hierarchy over at least one triangle.
-    pub fn new(triangles: &[layout::Triangle]) -> Self {
+    pub fn new(triangles: &[gpu_types::Triangle]) -> Self {
         let boxes: Vec<Aabb> = triangles.iter().map(Aabb::of).collect();
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
         let mut sparse = vec![TreeNode::default(); 2 * triangles.len() - 1];
@@ -65,7 +65,7 @@ impl Bvh {
 
     /// Fits the boxes to the triangles, given in the order of the leaves, that have moved. Returns
     /// whether the tree still suits them; otherwise build another.
-    pub fn refit(&mut self, triangles: &[layout::Triangle]) -> bool {
+    pub fn refit(&mut self, triangles: &[gpu_types::Triangle]) -> bool {
         for index in (0..self.tree.len()).rev() {
             let node = self.tree[index];
             self.tree[index].aabb = match node.is_leaf {
@@ -127,7 +127,7 @@ impl Aabb {
         upper: Vec3::NEG_INFINITY,
     };
 
-    fn of(triangle: &layout::Triangle) -> Self {
+    fn of(triangle: &gpu_types::Triangle) -> Self {
         let a = triangle.position;
         let (b, c) = (a + triangle.edge1, a + triangle.edge2);
         Self {
@@ -454,14 +454,14 @@ mod tests {
     /// Triangles in one place, within each other, and along a line of growing distances.
     #[test]
     fn the_stack_holds_degenerate_scenes() {
-        let triangle = |at: f32, size: f32| layout::Triangle {
+        let triangle = |at: f32, size: f32| gpu_types::Triangle {
             position: at * Vec3::X,
             edge1: size * Vec3::X,
             edge2: size * Vec3::Y,
             ..Default::default()
         };
         let all =
-            |make: &dyn Fn(u32) -> layout::Triangle| (0..100_000).map(make).collect::<Vec<_>>();
+            |make: &dyn Fn(u32) -> gpu_types::Triangle| (0..100_000).map(make).collect::<Vec<_>>();
         assert_depth(&all(&|_| triangle(0.0, 1.0)));
         assert_depth(&all(&|i| triangle(0.0, 1.001f32.powi((i % 50_000) as i32))));
         assert_depth(&all(&|i| {
@@ -470,7 +470,7 @@ mod tests {
         assert_depth(&all(&|i| triangle((i as f32).recip(), 1e-9)));
     }
 
-    fn assert_depth(triangles: &[layout::Triangle]) {
+    fn assert_depth(triangles: &[gpu_types::Triangle]) {
         let bvh = Bvh::new(triangles);
         let mut open = vec![(0u32, 1)];
         let mut deepest = 0;
@@ -494,7 +494,7 @@ mod tests {
         };
         for count in [1, 2, 9, 1000] {
             let triangles: Vec<_> = (0..count)
-                .map(|i| layout::Triangle {
+                .map(|i| gpu_types::Triangle {
                     position: corner(3 * i),
                     edge1: corner(3 * i + 1) - corner(3 * i),
                     edge2: corner(3 * i + 2) - corner(3 * i),
@@ -517,7 +517,7 @@ mod tests {
     /// A tree over what has come apart is no good any more.
     #[test]
     fn a_tree_of_scattered_triangles_is_given_up() {
-        let at = |i: u32, scattered: bool| layout::Triangle {
+        let at = |i: u32, scattered: bool| gpu_types::Triangle {
             position: Vec3::X
                 * if scattered {
                     (i * 389 % 1000) as f32
@@ -535,7 +535,7 @@ mod tests {
     }
 
     /// `triangles` in the order of the leaves.
-    fn assert_holds(bvh: &Bvh, triangles: &[layout::Triangle]) {
+    fn assert_holds(bvh: &Bvh, triangles: &[gpu_types::Triangle]) {
         let mut seen = vec![false; triangles.len()];
         let mut open = vec![(0u32, UVec3::splat(0xffff_0000))];
         while let Some((link, bounds)) = open.pop() {

@@ -1,10 +1,10 @@
 //! resolve: the coarser levels of the light maps are added to the finer ones, one after the other.
 
-use super::layout::ResolvePush;
-use super::listed::Listed;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Access, Context, Image, Pipeline, Recorder, Resource, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::ResolvePush;
+use crate::render::splat::list::Listed;
 use std::sync::Arc;
 
 pub struct Resolve {

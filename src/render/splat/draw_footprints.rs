@@ -1,8 +1,8 @@
 //! splat: adds the footprints to the light maps, as quads that the vertex stage expands.
 
-use super::listed::Listed;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use crate::render::splat::list::Listed;
 use std::sync::Arc;
 
 pub struct Splat {

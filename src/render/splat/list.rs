@@ -1,11 +1,11 @@
 //! listed: the room for what the pairs of patch and sun throw, and compact: the list of the slots that
 //! are used, in a fixed order, for one indirect draw.
 
-use super::layout::{CompactPush, DrawPush};
-use super::pairs::Class;
-use super::upload::{COARSEST, DeviceScene};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
+use crate::render::device_scene::{COARSEST, DeviceScene};
+use crate::render::environment::pairs::Class;
+use crate::render::gpu_types::{CompactPush, DrawPush};
 use glam::Vec2;
 use std::sync::Arc;
 

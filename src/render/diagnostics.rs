@@ -3,10 +3,10 @@
 //!
 //! For messages only: no frame depends on it.
 
-use super::layout::{self, Light};
-use super::narrow::{directions, ways};
-use super::soup::Soup;
-use super::upload::DeviceScene;
+use crate::render::device_scene::DeviceScene;
+use crate::render::geometry::triangle_store::Soup;
+use crate::render::gpu_types::{self, Light};
+use crate::render::lights::{directions, ways};
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -156,7 +156,7 @@ fn offset(soup: &Soup, normal: Vec3) -> Vec3 {
 
 /// Whether a ray meets the front of a receiver first.
 fn lands(device: &DeviceScene, origin: Vec3, way: Vec3) -> bool {
-    let is_receiver = |triangle: &layout::Triangle| {
+    let is_receiver = |triangle: &gpu_types::Triangle| {
         device.scene.objects[triangle.object as usize]
             .light_map
             .is_some()

@@ -4,19 +4,19 @@
 //! the triangles go into the order of the leaves of a bounding volume hierarchy. What may change
 //! from frame to frame is in `update.rs`.
 
-use super::Settings;
-use super::layout::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
-use super::narrow::is_narrow;
-use super::pairs::{self, Class, Pairs};
-use super::parts::{Part, group_count};
-use super::reflectors::Specular;
-use super::sky::disc_axes;
-use super::soup::Soup;
-use super::surface::{Surfaces, atlases, surfaces};
 use crate::error::{Error, Result};
 use crate::gpu::{
     Buffer, Context, Image, Pipeline, Recorder, Resource, Sampling, Shader, Staging, Write,
 };
+use crate::render::Settings;
+use crate::render::dispatch::{Part, group_count};
+use crate::render::environment::cells::disc_axes;
+use crate::render::environment::pairs::{self, Class, Pairs};
+use crate::render::geometry::triangle_store::Soup;
+use crate::render::gpu_types::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
+use crate::render::lights::is_narrow;
+use crate::render::patches::tessellation::Specular;
+use crate::render::receivers::mesh::{Surfaces, atlases, surfaces};
 use crate::scene::{Atlas, EnvironmentMap, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec3, UVec2};
 use std::borrow::Cow;
@@ -77,14 +77,14 @@ pub struct DeviceScene {
     /// Whether anything can block the light on its way by the mirrors to the receivers.
     pub trace: bool,
     /// What is on the device; see `update.rs`.
-    pub(super) scene: Scene,
-    pub(super) soup: Soup,
+    pub scene: Scene,
+    pub soup: Soup,
     /// Layouts of the curved receivers, by object.
-    pub(super) atlases: Vec<Option<Atlas>>,
-    pub(super) specular: Specular,
-    pub(super) staging: Staging,
+    pub atlases: Vec<Option<Atlas>>,
+    pub specular: Specular,
+    pub staging: Staging,
     /// Whether the last update failed half-way.
-    pub(super) stale: bool,
+    pub stale: bool,
 }
 
 impl DeviceScene {
@@ -116,7 +116,7 @@ impl DeviceScene {
         let sun_count = suns.len() as u32;
         let trace = can_block(scene, &meshes, MOST_PAIRS);
         let pairs = (environment.as_ref())
-            .filter(|_| settings.method == super::Method::Footprint)
+            .filter(|_| settings.method == crate::render::Method::Footprint)
             .filter(|_| {
                 scene
                     .objects
@@ -131,13 +131,13 @@ impl DeviceScene {
         }
         let triangles_of: Vec<bool> = (suns.iter())
             .map(|light| match settings.method {
-                super::Method::Footprint => is_narrow(scene, &soup, &receivers, light),
-                super::Method::Beams => true,
-                super::Method::Pinhole | super::Method::Points => false,
+                crate::render::Method::Footprint => is_narrow(scene, &soup, &receivers, light),
+                crate::render::Method::Beams => true,
+                crate::render::Method::Pinhole | crate::render::Method::Points => false,
             })
             .collect();
 
-        let all_lit = environment.is_some() && settings.method == super::Method::Pinhole;
+        let all_lit = environment.is_some() && settings.method == crate::render::Method::Pinhole;
         let specular = Specular::new(scene, &soup, &suns, all_lit, settings.samples);
         let lit = specular.lit(&soup, &suns)?;
         let refracts = (scene.objects.iter()).any(|object| {
@@ -152,9 +152,9 @@ impl DeviceScene {
         };
         let atlas_nodes = Buffer::with_data(context, "atlas nodes", &nodes)?;
         let nodes = Buffer::new(context, "nodes", soup.most_node_bytes())?;
-        let room = specular.count() * size_of::<layout::Reflector>();
+        let room = specular.count() * size_of::<gpu_types::Reflector>();
         let device_reflectors = Buffer::new(context, "reflectors", room as u64)?;
-        let room = (sun_count as usize + pairs::MOST_SUNS) * size_of::<layout::Light>();
+        let room = (sun_count as usize + pairs::MOST_SUNS) * size_of::<gpu_types::Light>();
         let device_suns = Buffer::new(context, "suns", room as u64)?;
         let mut staging = Staging::new(context)?;
         staging.write(
@@ -309,16 +309,16 @@ impl DeviceScene {
     }
 
     /// Suns and lamps as they are now.
-    pub fn lights_now(&self) -> Vec<layout::Light> {
+    pub fn lights_now(&self) -> Vec<gpu_types::Light> {
         lights(&self.scene, self.soup.origin).map_or(Vec::new(), |lights| lights.suns)
     }
 
     /// Says so where there are much more or fewer patches than asked for, and why.
-    pub fn patch_note(&self, method: super::Method, samples: u32) -> Option<String> {
+    pub fn patch_note(&self, method: crate::render::Method, samples: u32) -> Option<String> {
         const CLOSE: f64 = 1.5;
         let (made, asked) = (f64::from(self.patch_count), f64::from(samples));
         let triangles = self.reflector_count;
-        if method == super::Method::Points
+        if method == crate::render::Method::Points
             || triangles == 0
             || (asked / CLOSE..=asked * CLOSE).contains(&made)
         {
@@ -441,11 +441,11 @@ fn pack_tiles(scene: &Scene, soup: &Soup, max_side: u32) -> Result<(Vec<Tile>, [
     Ok((tiles, [width, height]))
 }
 
-pub(super) fn receivers(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<layout::Receiver> {
+pub fn receivers(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<gpu_types::Receiver> {
     scene
         .receivers()
         .zip(tiles)
-        .map(|((_, rect, _), tile)| layout::Receiver {
+        .map(|((_, rect, _), tile)| gpu_types::Receiver {
             origin: (rect.origin - origin).as_vec3(),
             tile_x: tile.origin[0],
             edge_u: rect.edge_u.as_vec3(),
@@ -467,7 +467,7 @@ fn receiver_of(tile: usize, flat_count: usize) -> (u32, bool) {
     }
 }
 
-pub(super) fn objects(scene: &Scene, tiles: &[Tile]) -> Vec<layout::Object> {
+pub fn objects(scene: &Scene, tiles: &[Tile]) -> Vec<gpu_types::Object> {
     let flat_count = scene.receivers().count();
     let receiver = |object| {
         let tile = tiles.iter().position(|tile| tile.object == object)?;
@@ -479,12 +479,12 @@ pub(super) fn objects(scene: &Scene, tiles: &[Tile]) -> Vec<layout::Object> {
 }
 
 /// What the device knows of the lights.
-pub(super) struct Lights<'a> {
-    pub suns: Vec<layout::Light>,
+pub struct Lights<'a> {
+    pub suns: Vec<gpu_types::Light>,
     pub environment: Option<Sky<'a>>,
 }
 
-pub(super) struct Sky<'a> {
+pub struct Sky<'a> {
     pub map: &'a Arc<EnvironmentMap>,
     pub scale: f32,
     /// rad, 0 to 2π.
@@ -493,7 +493,7 @@ pub(super) struct Sky<'a> {
 
 /// # Errors
 /// [`Error::Usage`] where there is more than one environment.
-pub(super) fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
+pub fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
     let mut suns = Vec::new();
     let mut environment = None;
     for light in &scene.lights {
@@ -504,7 +504,7 @@ pub(super) fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
                 angular_radius,
             } => {
                 let [axis1, axis2] = disc_axes(*direction, *angular_radius);
-                suns.push(layout::Light {
+                suns.push(gpu_types::Light {
                     place: direction.as_vec3(),
                     size: *angular_radius as f32,
                     power: irradiance.as_vec3(),
@@ -517,7 +517,7 @@ pub(super) fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
                 position,
                 radius,
                 radiant_flux,
-            } => suns.push(layout::Light {
+            } => suns.push(gpu_types::Light {
                 place: (*position - origin).as_vec3(),
                 size: *radius as f32,
                 // Into all of the sphere of directions, W/sr.
@@ -547,7 +547,7 @@ pub(super) fn lights(scene: &Scene, origin: DVec3) -> Result<Lights<'_>> {
     Ok(Lights { suns, environment })
 }
 
-fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> layout::Object {
+fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> gpu_types::Object {
     let [mut color, mut index, mut extinction] = [DVec3::ZERO; 3];
     let kind = match scene.materials[object.material].kind {
         MaterialKind::Mirror { reflectance } => {
@@ -570,7 +570,7 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> l
             DIFFUSE
         }
     };
-    layout::Object {
+    gpu_types::Object {
         color: color.as_vec3(),
         kind,
         index: index.as_vec3(),
@@ -585,7 +585,7 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> l
 /// from behind: flat or convex, or if it lets light through, flat. Both legs then lie before the face,
 /// wherever the light is. Where that takes to compare more than `most_pairs` of faces and vertices, it
 /// is taken to block.
-pub(super) fn can_block(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) -> bool {
+pub fn can_block(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) -> bool {
     let mut blocking = scene
         .objects
         .iter()
@@ -619,7 +619,7 @@ pub(super) fn can_block(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) 
 }
 
 /// The environment and its averages over solid angle down to one texel.
-pub(super) fn mip_chain(map: &EnvironmentMap, scale: f32) -> Vec<(u32, u32, Vec<[f32; 3]>)> {
+pub fn mip_chain(map: &EnvironmentMap, scale: f32) -> Vec<(u32, u32, Vec<[f32; 3]>)> {
     let scaled: Vec<_> = map
         .radiance
         .iter()

@@ -1,10 +1,10 @@
 //! points: low-discrepancy points on the mirrors and in the suns' discs, one texel each. The
 //! plain baseline.
 
-use super::layout::{DrawPush, PointSplat, PointsPush};
-use super::upload::DeviceScene;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::{DrawPush, PointSplat, PointsPush};
 use glam::Vec2;
 use std::sync::Arc;
 

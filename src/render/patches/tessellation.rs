@@ -3,9 +3,9 @@
 //! How finely is settled once: what is attached to a surface and is cut alike at all times does not
 //! flicker when it moves.
 
-use super::layout;
-use super::soup::Soup;
 use crate::error::{Error, Result};
+use crate::render::geometry::triangle_store::Soup;
+use crate::render::gpu_types;
 use crate::scene::{MaterialKind, Scene};
 use glam::Vec3;
 
@@ -20,7 +20,7 @@ pub struct Specular {
 
 /// Those that are lit.
 pub struct Lit {
-    pub reflectors: Vec<layout::Reflector>,
+    pub reflectors: Vec<gpu_types::Reflector>,
     pub patch_count: u32,
     /// m²
     pub area: f64,
@@ -46,7 +46,7 @@ impl Specular {
     pub fn new(
         scene: &Scene,
         soup: &Soup,
-        suns: &[layout::Light],
+        suns: &[gpu_types::Light],
         all_lit: bool,
         samples: u32,
     ) -> Self {
@@ -101,7 +101,7 @@ impl Specular {
     ///
     /// # Errors
     /// [`Error::Usage`] where there are more pairs of patch and sun than 32 bits count.
-    pub fn lit(&self, soup: &Soup, suns: &[layout::Light]) -> Result<Lit> {
+    pub fn lit(&self, soup: &Soup, suns: &[gpu_types::Light]) -> Result<Lit> {
         let (mut patch_count, mut sum) = (0u64, 0.0);
         let mut areas = Vec::with_capacity(self.triangles.len());
         let mut reflectors = Vec::with_capacity(self.triangles.len());
@@ -113,7 +113,7 @@ impl Specular {
             }
             sum += f64::from(area);
             areas.push(sum);
-            reflectors.push(layout::Reflector {
+            reflectors.push(gpu_types::Reflector {
                 triangle,
                 first_patch: patch_count as u32,
                 subdivision: cut.subdivision,
@@ -160,12 +160,12 @@ impl Cut {
 }
 
 /// m²
-pub(super) fn area(triangle: &layout::Triangle) -> f32 {
+pub fn area(triangle: &gpu_types::Triangle) -> f32 {
     0.5 * triangle.edge1.cross(triangle.edge2).length()
 }
 
 /// Whether any part of any sun's disc may shine on the front of the triangle at this place.
-fn faces_any(soup: &Soup, place: u32, suns: &[layout::Light]) -> bool {
+fn faces_any(soup: &Soup, place: u32, suns: &[gpu_types::Light]) -> bool {
     let (triangle, normals) = (
         &soup.triangles[place as usize],
         &soup.normals[place as usize],
@@ -176,7 +176,11 @@ fn faces_any(soup: &Soup, place: u32, suns: &[layout::Light]) -> bool {
 /// Whether any part of a sun or lamp may shine on the triangle's front. n·(p − x), of a normal n and
 /// the way from x to the lamp's middle p, is a mean over pairs of corners, so that one of these is
 /// positive where any of the triangle's is.
-fn faces(triangle: &layout::Triangle, normals: &layout::Normals, light: &layout::Light) -> bool {
+fn faces(
+    triangle: &gpu_types::Triangle,
+    normals: &gpu_types::Normals,
+    light: &gpu_types::Light,
+) -> bool {
     let geometric = triangle.edge1.cross(triangle.edge2).normalize_or_zero();
     let (lowest, ways) = if light.is_lamp == 0 {
         (-light.size.sin(), [light.place; 3])

@@ -1,14 +1,14 @@
 //! curved: the images of the lights in the patches on the curved receivers, listed in a fixed order
 //! and added to the light maps; and dilate: light maps continued around their charts.
 
-use super::kernel::FLAT_SPREAD;
-use super::layout::{CurvedPush, DilatePush, Spot};
-use super::listed::{Batch, Listed};
-use super::parts::bands;
-use super::project::Kernels;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Access, Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::dispatch::bands;
+use crate::render::gpu_types::{CurvedPush, DilatePush, Spot};
+use crate::render::splat::footprints::Kernels;
+use crate::render::splat::kernel_profiles::FLAT_SPREAD;
+use crate::render::splat::list::{Batch, Listed};
 use std::sync::Arc;
 
 /// Spots of a patch on a receiver one way; as in curved.comp.

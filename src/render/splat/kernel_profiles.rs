@@ -1,6 +1,6 @@
 //! Constants of the footprint's kernel ((1 − t)/(1 − κt))⁴, t = dᵀΣ⁻¹d / a².
 
-use super::layout::Profile;
+use crate::render::gpu_types::Profile;
 
 /// Variance of the kernel over that of the triangular patch, 12 k² with k = 0.47.
 ///

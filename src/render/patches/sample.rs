@@ -1,9 +1,9 @@
 //! sample: cuts the mirrors' triangles into patches, the paper's sample points.
 
-use super::layout::{Patch, SamplePush};
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::{Patch, SamplePush};
 use std::sync::Arc;
 
 /// Patches of a dispatch: every device takes 65 535 workgroups, of 64 threads here.
@@ -45,7 +45,7 @@ mod tests {
     use super::*;
     use crate::gpu::ContextOptions;
     use crate::render::Settings;
-    use crate::render::layout::Triangle;
+    use crate::render::gpu_types::Triangle;
     use std::path::Path;
 
     /// The patches of a finely cut triangle are its n² cells, each once.

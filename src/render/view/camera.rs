@@ -1,10 +1,10 @@
 //! shade: the camera's view of surfaces, direct light, mirrors and caustics.
 
-use super::layout::ShadePush;
-use super::parts::Part;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Sampling, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::dispatch::Part;
+use crate::render::gpu_types::ShadePush;
 use crate::scene::Camera;
 use glam::DVec3;
 use std::sync::Arc;

@@ -5,10 +5,10 @@
 //! the two meet their sum is uneven: a light has the one or the other everywhere, and keeps it when things
 //! move.
 
-use super::layout::{Light, Receiver};
-use super::reflectors::area;
-use super::soup::Soup;
 use crate::optics::{reflect, refract};
+use crate::render::geometry::triangle_store::Soup;
+use crate::render::gpu_types::{Light, Receiver};
+use crate::render::patches::tessellation::area;
 use crate::scene::{MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 

@@ -1,13 +1,13 @@
 //! light_image: the images of parts of the sky in merged patches on the rects, listed in a fixed order and
 //! added to the light maps.
 
-use super::kernel::IMAGE_SPREAD;
-use super::layout::{LightImage, LightImagePush};
-use super::listed::{Batch, Listed};
-use super::pairs::Pairs;
-use super::upload::DeviceScene;
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::environment::pairs::Pairs;
+use crate::render::gpu_types::{LightImage, LightImagePush};
+use crate::render::splat::kernel_profiles::IMAGE_SPREAD;
+use crate::render::splat::list::{Batch, Listed};
 use std::sync::Arc;
 
 pub struct LightImages {

@@ -1,0 +1,2 @@
+pub mod bvh;
+pub mod triangle_store;

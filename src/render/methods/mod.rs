@@ -1,0 +1,2 @@
+pub mod pinhole;
+pub mod points;
