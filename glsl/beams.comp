@@ -15,16 +15,7 @@ layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) writeonly buffer Beams { Beam beams[]; };
 layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // triangles, lit pairs
-layout(push_constant) uniform BeamsPush {
-    uint first_pair;     // of this batch; a pair is light * patch_count + patch
-    uint pair_count;     // in this batch
-    uint patch_count;
-    uint first_light;
-    uint receiver_count;
-    uint lobes;          // 1: mirrored light; 2: and refracted light
-    uint trace;          // 0: nothing can block
-    uint product;        // 1: area as the product of two lengths
-} push;
+#include "project_push.glsl"
 
 #include "trace.glsl"
 #include "sun.glsl"

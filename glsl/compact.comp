@@ -1,5 +1,5 @@
-// compact: lists the quads of the slots that project filled, in their order, and writes how much
-// splat has to draw and resolve to add.
+// compact: lists the quads of the slots that a projector filled, in their order, and writes how many there are to
+// draw.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "layout.glsl"
@@ -15,18 +15,10 @@ layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; 
 layout(std430, binding = 2) writeonly buffer Quads { uint quads[]; }; // indices of splat's vertices
 // VkDrawIndexedIndirectCommand, then the numbers of footprints and of lit pairs of all batches of the frame
 layout(std430, binding = 3) buffer Arguments { uint arguments[7]; };
-layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
-layout(std430, binding = 5) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
-// VkDispatchIndirectCommand by the level that is added to
-layout(std430, binding = 6) writeonly buffer Steps { uint steps[]; };
 layout(push_constant) uniform CompactPush {
     uint pair_count;
     uint slots;          // of a pair
-    uint receiver_count;
-    uint rows;           // of a step of resolve, at most
 } push;
-
-#include "receiver.glsl"
 
 shared uvec2 sums[GROUP];
 
@@ -77,19 +69,5 @@ void main() {
         arguments[4] = 0;
         arguments[5] += total.x;
         arguments[6] += total.y;
-
-        uint used = 0;
-        uvec2 largest = uvec2(0);
-        for (uint i = 0; i < push.receiver_count; i++) {
-            used |= coarse[i];
-            largest = max(largest, uvec2(receivers[i].width, receivers[i].height));
-        }
-        for (int level = 0; level < COARSEST; level++) {
-            uvec2 threads = ((largest - 1) >> level) + 3;
-            bool needed = used >> (level + 1) != 0;
-            steps[3 * level] = needed ? (threads.x + GROUP - 1) / GROUP : 0;
-            steps[3 * level + 1] = min(threads.y, push.rows);
-            steps[3 * level + 2] = push.receiver_count;
-        }
     }
 }

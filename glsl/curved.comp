@@ -20,17 +20,7 @@ layout(std430, binding = 8) writeonly buffer Spots { Spot spots[]; };
 layout(std430, binding = 9) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 10) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // spots, lit pairs
 layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light, where patches are merged
-layout(push_constant) uniform CurvedPush {
-    uint first_pair;     // of this batch; a pair is light * patch_count + patch, or one of `pairs`
-    uint pair_count;     // in this batch
-    uint patch_count;
-    uint curved_count;
-    uint lobes;          // 1: mirrored light; 2: and refracted light
-    float spread;        // variance of the kernel over that of the patch
-    float flat_spread;   // where the patch is flat
-    uint trace;          // 0: nothing can block
-    uint merged;         // 1: patches are merged from many triangles, and large; which light each images is in `pairs`
-} push;
+#include "project_push.glsl"
 
 #include "trace.glsl"
 #include "sun.glsl"
@@ -268,19 +258,19 @@ void main() {
     uint count = 0;
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
-        uvec2 members = push.merged != 0 ? pairs[pair] : uvec2(pair % push.patch_count, pair / push.patch_count);
+        uvec2 members = push.clustered != 0 ? pairs[pair] : uvec2(pair % push.patch_count, pair / push.patch_count);
         Patch patch_ = patches[members.x];
         Light light = suns[members.y];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
         vec3 flux[2];
         if (flux_of(patch_, light, sun, ratio, flux)) {
-            uint first_slot = local * SLOTS * push.lobes * push.curved_count;
+            uint first_slot = local * SLOTS * push.lobes * push.receiver_count;
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 Tube tube;
                 if (flux[lobe] == vec3(0.0)) continue;
                 float way = lobe == 0 ? 0.0 : ratio;
-                if (push.merged != 0) {
+                if (push.clustered != 0) {
                     tube = merged_tube(patch_, light, sun, way);
                 } else if (!tube_of(patch_, light, sun, way, tube)) {
                     continue;
@@ -295,7 +285,7 @@ void main() {
                         if (dot(front, tube.along) > 0.0) front = -front;
                     }
                 }
-                for (uint index = 0; index < push.curved_count; index++) {
+                for (uint index = 0; index < push.receiver_count; index++) {
                     count += spots_of(curved[index], tube, flux[lobe], at, front, first_slot + count);
                 }
             }

@@ -18,14 +18,7 @@ layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // images, lit pairs
 layout(std430, binding = 9) buffer Coarse { uint coarse[]; }; // by receiver: bit l for images in level l
 layout(std430, binding = 10) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light
-layout(push_constant) uniform LightImagePush {
-    uint first_pair;     // of this batch
-    uint pair_count;     // in this batch
-    uint receiver_count;
-    uint lobes;          // 1: mirrored light; 2: and refracted light
-    float spread;        // variance of the soft edges over that of the patch
-    uint trace;          // 0: nothing can block
-} push;
+#include "project_push.glsl"
 
 #include "trace.glsl"
 #include "sun.glsl"

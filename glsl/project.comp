@@ -17,18 +17,7 @@ layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
 layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
 layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light, where patches are merged
-layout(push_constant) uniform ProjectPush {
-    uint first_pair;     // of this batch; a pair is light * patch_count + patch, or one of `pairs`
-    uint pair_count;     // in this batch
-    uint patch_count;
-    uint first_light;
-    uint receiver_count;
-    uint lobes;          // 1: mirrored light; 2: and refracted light
-    float spread;        // variance of the kernel over that of the patch
-    float flat_spread;   // where the patch is flat
-    uint trace;          // 0: nothing can block
-    uint merged;         // 1: patches are merged from many triangles, and large; which light each images is in `pairs`
-} push;
+#include "project_push.glsl"
 
 #include "trace.glsl"
 #include "sun.glsl"
@@ -79,7 +68,7 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
     vec2 centre = vec2(0.0);
     float mean_distance = 0.0;
     mat2 of_patch;
-    if (push.merged == 0) {
+    if (push.clustered == 0) {
         vec2 image[3];
         for (int i = 0; i < 3; i++) {
             vec2 st = MIDPOINTS[i];
@@ -160,7 +149,7 @@ uint project(Patch patch_, Light light, Sun sun, vec3 flux, float ratio, uint in
     vec2 slant = vec2(
         dot(r, receiver.edge_u) / float(receiver.width),
         -dot(r, receiver.edge_v) / float(receiver.height)) / (mean_distance * scale);
-    bool is_wide = push.merged != 0 && !folded && !is_small && dot(abs(slant) + sqrt(bulge), half_size) > NARROW;
+    bool is_wide = push.clustered != 0 && !folded && !is_small && dot(abs(slant) + sqrt(bulge), half_size) > NARROW;
     if (is_wide) {
         vec3 q = conic - vec3(bulge.x, 0.0, bulge.y);
         float determinant = q.x * q.z - q.y * q.y;
@@ -233,13 +222,13 @@ void main() {
     uint count = 0;
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
-        uvec2 members = push.merged != 0 ? pairs[pair] : uvec2(pair % push.patch_count, push.first_light + pair / push.patch_count);
+        uvec2 members = push.clustered != 0 ? pairs[pair] : uvec2(pair % push.patch_count, push.first_light + pair / push.patch_count);
         Patch patch_ = patches[members.x];
         Light light = suns[members.y];
         Sun sun = sun_at(light, patch_.position);
         float ratio = turn_toward(patch_, sun.direction);
         // The sky is a matter of light_image where the patch does not touch the receiver.
-        bool throws = push.merged == 0;
+        bool throws = push.clustered == 0;
         for (uint index = 0; index < push.receiver_count && !throws; index++) throws = touches(patch_, receivers[index]);
         uint first_slot = local * 2 * push.lobes * push.receiver_count;
         // The patch on all receivers that leave it whole, then its part before each that cuts it. The triangle of a
@@ -254,7 +243,7 @@ void main() {
                 for (uint lobe = 0; lobe < push.lobes; lobe++) {
                     if (flux[lobe] == vec3(0.0)) continue;
                     for (uint index = 0; index < push.receiver_count; index++) {
-                        bool is_lit = push.merged == 0 ? is_due(patch_, index, cut) : touches(patch_, receivers[index]);
+                        bool is_lit = push.clustered == 0 ? is_due(patch_, index, cut) : touches(patch_, receivers[index]);
                         if (!is_lit) continue;
                         Footprint found[2];
                         uint more = project(part, light, here, flux[lobe], lobe == 0 ? 0.0 : ratio, index, found);
@@ -265,7 +254,7 @@ void main() {
                     }
                 }
             }
-            cut = push.merged == 0 ? next_cut(patch_, cut + 1) : int(push.receiver_count);
+            cut = push.clustered == 0 ? next_cut(patch_, cut + 1) : int(push.receiver_count);
         } while (cut < int(push.receiver_count));
     }
     count_slots(push.pair_count, count);

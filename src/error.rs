@@ -42,6 +42,10 @@ pub enum Error {
         remedy: String,
     },
 
+    /// The Vulkan device or command buffer of a host application cannot be used.
+    #[error("{reason}\n  remedy: {remedy}")]
+    Host { reason: String, remedy: String },
+
     /// The validation layers, asked for with `--validate`, complained.
     #[error("{} validation message(s), the first: {first}", count)]
     Validation { count: usize, first: String },
@@ -82,7 +86,7 @@ impl Error {
             Self::Validation { .. } => 1,
             Self::Usage { .. } | Self::Output { .. } => 2,
             Self::Input { .. } => 3,
-            Self::NoDevice { .. } => 4,
+            Self::NoDevice { .. } | Self::Host { .. } => 4,
             Self::Device { .. } => 5,
             Self::Frames { .. } => 6,
             Self::Cancelled => 130,

@@ -83,6 +83,7 @@ pub mod error;
 pub mod gpu;
 pub mod image_file;
 mod input;
+mod math;
 pub mod measure;
 pub mod method {
     #![doc = include_str!("method.md")]

@@ -281,7 +281,7 @@ fn profile_has_a_row_for_every_pass() {
         let passes: Vec<&str> = (report["passes"].as_array().unwrap().iter())
             .map(|pass| pass["name"].as_str().unwrap())
             .collect();
-        for stage in ["sample", "project", "splat"] {
+        for stage in ["sample", "project triangles", "splat triangles"] {
             assert!(passes.contains(&stage), "{passes:?}");
         }
         assert_eq!(passes.contains(&"shade"), command == "render");

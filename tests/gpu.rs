@@ -5,23 +5,22 @@ mod common;
 
 use common::Device;
 use nephroid::Error;
-use nephroid::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Sampling, shaders};
+use nephroid::gpu::{
+    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, Staging, shaders,
+};
 use std::sync::Arc;
 
 /// A pipeline of compact.comp over 64 pairs with one footprint each, of which only `quads` lives
 /// on elsewhere.
-fn compact(context: &Arc<Context>, quads: &Buffer) -> Pipeline {
+fn compact(context: &Arc<Context>, quads: &Buffer) -> BoundPipeline {
     let buffer = |name, words| Buffer::with_data(context, name, &vec![1u32; words]).unwrap();
     let resources = [
         ("counts", Resource::Buffer(&buffer("counts", 64))),
         ("group_counts", Resource::Buffer(&buffer("groups", 2))),
         ("quads", Resource::Buffer(quads)),
         ("arguments", Resource::Buffer(&buffer("arguments", 7))),
-        ("receivers", Resource::Buffer(&buffer("receivers", 16))),
-        ("coarse", Resource::Buffer(&buffer("coarse", 1))),
-        ("steps", Resource::Buffer(&buffer("steps", 15))),
     ];
-    Pipeline::compute(context, &shaders::COMPACT_COMP, false, &resources).unwrap()
+    BoundPipeline::compute(context, &shaders::COMPACT_COMP, false, &resources).unwrap()
 }
 
 fn quads(context: &Arc<Context>) -> Buffer {
@@ -39,7 +38,7 @@ fn pipelines_keep_what_is_bound_to_them() {
         Buffer::with_data(&device.0, "in the way", &[7u32; 64]).unwrap();
     }
     let mut recorder = Recorder::new(&device.0).unwrap();
-    recorder.dispatch(&pipeline, &[64u32, 2, 1, 8], [64, 1, 1]);
+    recorder.dispatch(&pipeline, &[64u32, 2], [64, 1, 1]);
     recorder.submit().unwrap();
     let corners = |slot: u32| [0, 1, 2, 2, 1, 3].map(|corner| 4 * slot + corner);
     let expected: Vec<u32> = (0..64).flat_map(|pair| corners(2 * pair)).collect();
@@ -52,7 +51,7 @@ fn a_dispatch_beyond_the_limit_is_an_error() {
     let device = Device::open();
     let quads = quads(&device.0);
     let pipeline = compact(&device.0, &quads);
-    let push = [64u32, 2, 1, 8]; // pairs, slots of each, receivers, rows of a step
+    let push = [64u32, 2]; // pairs, slots of each
     let mut recorder = Recorder::new(&device.0).unwrap();
     recorder
         .pass("too much", |r| {
@@ -82,7 +81,7 @@ fn every_pass_is_timed_however_many() {
     let device = Device::open();
     let mut recorder = Recorder::new(&device.0).unwrap();
     let mut frame = |passes: usize| {
-        recorder.begin_frame();
+        recorder.begin_frame().unwrap();
         for _ in 1..passes {
             recorder.pass("most", |_| {}).unwrap();
         }
@@ -149,7 +148,13 @@ fn threads_share_the_queue() {
 }
 
 fn small_image(device: &Device) -> Image {
-    Image::new(&device.0, "small", [4, 2], 1, Sampling::Clamp).unwrap()
+    let image = Image::new(&device.0, "small", [4, 2], 1, Sampling::Clamp).unwrap();
+    let mut staging = Staging::new(&device.0, 1);
+    staging.prepare(&image);
+    let mut recorder = Recorder::new(&device.0).unwrap();
+    staging.record(&mut recorder);
+    recorder.submit().unwrap();
+    image
 }
 
 #[test]

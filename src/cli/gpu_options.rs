@@ -217,6 +217,7 @@ impl GpuOptions {
             epsilon: self.epsilon,
             filter: !self.no_filter,
             area: self.area,
+            ..Settings::default()
         };
         let renderer = Renderer::new(&context, &scene, &settings)?;
         Ok(Session {

@@ -1,7 +1,9 @@
-//! Everything that lives as long as the open device: queue, memory allocator, messages.
+//! Everything that lives as long as the open device: queue, memory allocator, pipelines, messages.
 
 use super::device::{self, Device, DeviceInfo, Opened};
 use super::instance::Instance;
+use super::pipeline::Pipelines;
+use super::pipeline_cache::PipelineCache;
 use super::validation::Messages;
 use crate::error::{Error, Result};
 use ash::{ext, vk};
@@ -17,14 +19,33 @@ pub struct ContextOptions {
     pub validate: bool,
 }
 
+/// A device that a host application has opened. [`Context::requirements`] says what it must have.
+pub struct External {
+    pub entry: ash::Entry,
+    pub instance: ash::Instance,
+    pub physical_device: vk::PhysicalDevice,
+    pub device: ash::Device,
+    /// The family of the queue that runs what is recorded.
+    pub queue_family: u32,
+    /// The API version that the instance was made for.
+    pub api_version: u32,
+    /// The features that the device was made with.
+    pub features: vk::PhysicalDeviceVulkan13Features<'static>,
+    /// For all memory; else an allocator of its own.
+    pub allocator: Option<Arc<Mutex<Allocator>>>,
+}
+
 /// The open device. Everything made from it keeps it alive.
 pub struct Context {
     // Dropped in this order.
-    pub(super) allocator: Mutex<Allocator>,
+    pub(super) pipelines: Mutex<Pipelines>,
+    pub(super) pipeline_cache: PipelineCache,
+    pub(super) allocator: Arc<Mutex<Allocator>>,
     pub(super) device: Device,
     instance: Instance,
-    /// Locked by whoever submits: Vulkan lets one thread at a time use a queue.
-    pub(super) queue: Mutex<vk::Queue>,
+    /// Locked by whoever submits: Vulkan lets one thread at a time use a queue. None on a host's device, which
+    /// submits itself.
+    pub(super) queue: Option<Mutex<vk::Queue>>,
     pub(super) queue_family: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
     /// Valid bits of a timestamp; 0 where the queue has none.
@@ -41,6 +62,33 @@ impl Context {
     /// [`Error::Device`] where a call fails.
     pub fn new(options: &ContextOptions) -> Result<Arc<Self>> {
         let instance = Instance::new(options.validate)?;
+        let opened = device::open(&instance, options)?;
+        // SAFETY: `device::open` made one queue of this family.
+        let queue = unsafe { opened.device.get_device_queue(opened.queue_family, 0) };
+        Self::with_parts(instance, opened, Some(Mutex::new(queue)), None)
+    }
+
+    /// Uses the device of a host application, which records with [`crate::render::Renderer::record`] and submits
+    /// itself.
+    ///
+    /// # Errors
+    /// [`Error::Host`] where the device lacks what [`Context::requirements`] names.
+    ///
+    /// # Safety
+    /// The handles are valid and belong together, `features` and `api_version` are what instance and device were made
+    /// with, and instance and device outlive the context and everything that was made with it. The context and what
+    /// was made with it are dropped only when the device does no more work of theirs.
+    pub unsafe fn from_raw(external: External) -> Result<Arc<Self>> {
+        let (instance, opened, allocator) = device::adopt(external)?;
+        Self::with_parts(instance, opened, None, allocator)
+    }
+
+    fn with_parts(
+        instance: Instance,
+        opened: Opened,
+        queue: Option<Mutex<vk::Queue>>,
+        allocator: Option<Arc<Mutex<Allocator>>>,
+    ) -> Result<Arc<Self>> {
         let Opened {
             device,
             physical,
@@ -48,35 +96,45 @@ impl Context {
             queue_family,
             timestamp_bits,
             properties,
-        } = device::open(&instance, options)?;
-        let allocator = Allocator::new(&AllocatorCreateDesc {
-            instance: instance.clone(),
-            device: device.clone(),
-            physical_device: physical,
-            debug_settings: Default::default(),
-            buffer_device_address: false,
-            allocation_sizes: Default::default(),
-        })
-        .map_err(|e| Error::Device {
-            action: "setting up the memory allocator".into(),
-            reason: e.to_string(),
-            remedy: "name another --device".into(),
-        })?;
-        // SAFETY: `device::open` made one queue of this family.
-        let queue = unsafe { device.get_device_queue(queue_family, 0) };
+        } = opened;
+        let allocator = match allocator {
+            Some(of_host) => of_host,
+            None => Allocator::new(&AllocatorCreateDesc {
+                instance: instance.clone(),
+                device: device.clone(),
+                physical_device: physical,
+                debug_settings: Default::default(),
+                buffer_device_address: false,
+                allocation_sizes: Default::default(),
+            })
+            .map(|allocator| Arc::new(Mutex::new(allocator)))
+            .map_err(|e| Error::Device {
+                action: "setting up the memory allocator".into(),
+                reason: e.to_string(),
+                remedy: "name another --device".into(),
+            })?,
+        };
         let debug =
             (instance.debug_utils).then(|| ext::debug_utils::Device::new(&instance, &device));
+        let uuid = queue.is_some().then_some(properties.pipeline_cache_uuid);
         Ok(Arc::new(Self {
-            allocator: Mutex::new(allocator),
+            pipelines: Mutex::default(),
+            pipeline_cache: PipelineCache::new(&device, uuid)?,
+            allocator,
             device,
             instance,
-            queue: Mutex::new(queue),
+            queue,
             queue_family,
             debug,
             timestamp_bits,
             properties,
             info,
         }))
+    }
+
+    /// Whether the device is that of a host, who submits what is recorded.
+    pub fn is_of_host(&self) -> bool {
+        self.queue.is_none()
     }
 
     /// The device in use.
@@ -108,10 +166,6 @@ impl Context {
             .min(limits.max_framebuffer_height)
     }
 
-    pub(super) fn cache_uuid(&self) -> [u8; vk::UUID_SIZE] {
-        self.properties.pipeline_cache_uuid
-    }
-
     /// Names a Vulkan object for the layers and for debuggers.
     pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
         if let Some(debug) = &self.debug {
@@ -127,7 +181,13 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: every resource holds an Arc of the context, so nobody else uses the device.
-        let _ = unsafe { self.device.device_wait_idle() };
+        if self.queue.is_some() {
+            // SAFETY: every resource holds an Arc of the context, so nobody else uses the device.
+            let _ = unsafe { self.device.device_wait_idle() };
+        }
+        if let Ok(pipelines) = self.pipelines.get_mut() {
+            pipelines.destroy(&self.device);
+        }
+        self.pipeline_cache.destroy(&self.device);
     }
 }

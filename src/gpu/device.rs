@@ -1,13 +1,16 @@
 //! Which device to take, what it must be able to do, and the logical device made from it.
 
-use super::context::ContextOptions;
+use super::Context;
+use super::context::{ContextOptions, External};
 use super::instance::{INSTALL_DRIVER, Instance, no_device};
 use super::memory::Image;
 use super::shader::{BindingKind, Shader, shaders};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use ash::vk;
+use gpu_allocator::vulkan::Allocator;
 use std::ffi::CStr;
 use std::ops::Deref;
+use std::sync::{Arc, Mutex};
 
 /// A device as `nephroid devices` lists it.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -21,21 +24,76 @@ pub struct DeviceInfo {
     pub unsuitable: Option<String>,
 }
 
-/// A logical device that destroys itself, after everything that was made from it.
-pub struct Device(ash::Device);
+/// A logical device. One of ours destroys itself, after everything that was made from it; a host's does not.
+pub struct Device {
+    functions: ash::Device,
+    is_ours: bool,
+}
 
 impl Deref for Device {
     type Target = ash::Device;
 
     fn deref(&self) -> &ash::Device {
-        &self.0
+        &self.functions
     }
 }
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: nothing made from the device is left.
-        unsafe { self.0.destroy_device(None) };
+        if self.is_ours {
+            // SAFETY: nothing made from the device is left.
+            unsafe { self.functions.destroy_device(None) };
+        }
+    }
+}
+
+/// What a device must have. A host enables it when it makes its device; [`Context::new`] does so itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Requirements {
+    /// Of instance and device, at least.
+    pub api_version: u32,
+    /// Those that are true must be enabled.
+    pub features: vk::PhysicalDeviceVulkan13Features<'static>,
+    /// Names of device extensions: none at present.
+    pub extensions: &'static [&'static CStr],
+    /// Of the queue's family.
+    pub queue_flags: vk::QueueFlags,
+    /// Format of the light maps. Its images must be blended into, stored to, and sampled linearly.
+    pub light_map_format: vk::Format,
+}
+
+impl Requirements {
+    /// The names of the features, and whether `features` has them.
+    fn features_of(
+        features: &vk::PhysicalDeviceVulkan13Features,
+    ) -> [(&'static str, vk::Bool32); 3] {
+        [
+            ("dynamicRendering", features.dynamic_rendering),
+            ("synchronization2", features.synchronization2),
+            ("maintenance4", features.maintenance4),
+        ]
+    }
+
+    fn missing_feature(features: &vk::PhysicalDeviceVulkan13Features) -> Option<&'static str> {
+        let mut missing =
+            (Self::features_of(features).into_iter()).filter(|(_, present)| *present == vk::FALSE);
+        missing.next().map(|(name, _)| name)
+    }
+}
+
+impl Context {
+    /// What a device must have, as data for hosts that make their own.
+    pub fn requirements() -> Requirements {
+        Requirements {
+            api_version: vk::API_VERSION_1_3,
+            features: vk::PhysicalDeviceVulkan13Features::default()
+                .dynamic_rendering(true)
+                .synchronization2(true)
+                .maintenance4(true),
+            extensions: &[],
+            queue_flags: vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE,
+            light_map_format: Image::FORMAT,
+        }
     }
 }
 
@@ -123,14 +181,8 @@ fn unsuitable(instance: &Instance, device: vk::PhysicalDevice, version: u32) -> 
     let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
     // SAFETY: the driver knows Vulkan 1.3 and with it the chained struct.
     unsafe { instance.get_physical_device_features2(device, &mut features) };
-    for (present, name) in [
-        (v13.dynamic_rendering, "dynamicRendering"),
-        (v13.synchronization2, "synchronization2"),
-        (v13.maintenance4, "maintenance4"),
-    ] {
-        if present == vk::FALSE {
-            return Some(format!("it lacks the feature {name}"));
-        }
+    if let Some(name) = Requirements::missing_feature(&v13) {
+        return Some(format!("it lacks the feature {name}"));
     }
     // SAFETY: a valid physical device.
     let (format, properties) = unsafe {
@@ -223,7 +275,7 @@ fn lacks(
 }
 
 fn queue_family(instance: &Instance, device: vk::PhysicalDevice) -> Option<u32> {
-    let needed = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let needed = Context::requirements().queue_flags;
     // SAFETY: a valid physical device.
     unsafe { instance.get_physical_device_queue_family_properties(device) }
         .iter()
@@ -309,10 +361,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
         features.fragment_stores_and_atomics = supported.fragment_stores_and_atomics;
         features.vertex_pipeline_stores_and_atomics = supported.vertex_pipeline_stores_and_atomics;
     }
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
-        .dynamic_rendering(true)
-        .synchronization2(true)
-        .maintenance4(true);
+    let mut v13 = Context::requirements().features;
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(family)
         .queue_priorities(&[1.0])];
@@ -327,21 +376,105 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
             "name another --device",
         )
     })?;
-    // SAFETY: a valid physical device.
-    let (properties, families) = unsafe {
-        (
-            instance.get_physical_device_properties(*physical),
-            instance.get_physical_device_queue_family_properties(*physical),
-        )
+    let device = Device {
+        functions: device,
+        is_ours: true,
     };
-    Ok(Opened {
-        device: Device(device),
-        physical: *physical,
-        info: info.clone(),
-        queue_family: family,
-        timestamp_bits: families[family as usize].timestamp_valid_bits,
-        properties,
-    })
+    Ok(Opened::new(
+        instance,
+        *physical,
+        device,
+        info.clone(),
+        family,
+    ))
+}
+
+impl Opened {
+    fn new(
+        instance: &Instance,
+        physical: vk::PhysicalDevice,
+        device: Device,
+        info: DeviceInfo,
+        queue_family: u32,
+    ) -> Self {
+        // SAFETY: a valid physical device.
+        let (properties, families) = unsafe {
+            (
+                instance.get_physical_device_properties(physical),
+                instance.get_physical_device_queue_family_properties(physical),
+            )
+        };
+        Self {
+            device,
+            physical,
+            info,
+            queue_family,
+            timestamp_bits: families[queue_family as usize].timestamp_valid_bits,
+            properties,
+        }
+    }
+}
+
+/// The device of a host, if it has what [`Context::requirements`] names.
+///
+/// # Errors
+/// [`Error::Host`] with what it lacks.
+#[allow(clippy::type_complexity)] // used once
+pub fn adopt(external: External) -> Result<(Instance, Opened, Option<Arc<Mutex<Allocator>>>)> {
+    let External {
+        entry,
+        instance,
+        physical_device,
+        device,
+        queue_family,
+        api_version,
+        features,
+        allocator,
+    } = external;
+    let lacks = |reason: String| {
+        Err(Error::Host {
+            reason,
+            remedy: "make instance and device with what Context::requirements names".into(),
+        })
+    };
+    let required = Context::requirements();
+    if api_version < required.api_version {
+        return lacks(format!(
+            "the instance is made for Vulkan {}.{}, and 1.3 is needed",
+            vk::api_version_major(api_version),
+            vk::api_version_minor(api_version)
+        ));
+    }
+    let instance = Instance::of_host(entry, instance);
+    let info = describe(&instance, physical_device);
+    if let Some(reason) = &info.unsuitable {
+        return lacks(format!("the device {} is unsuitable: {reason}", info.name));
+    }
+    if let Some(name) = Requirements::missing_feature(&features) {
+        return lacks(format!("the device was made without the feature {name}"));
+    }
+    // SAFETY: a valid physical device, as the host promises.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
+    match families.get(queue_family as usize) {
+        Some(family) if family.queue_flags.contains(required.queue_flags) => {}
+        Some(_) => {
+            return lacks(format!(
+                "queue family {queue_family} does not do both graphics and compute"
+            ));
+        }
+        None => {
+            return lacks(format!(
+                "there is no queue family {queue_family}: the device has {}",
+                families.len()
+            ));
+        }
+    }
+    let device = Device {
+        functions: device,
+        is_ours: false,
+    };
+    let opened = Opened::new(&instance, physical_device, device, info, queue_family);
+    Ok((instance, opened, allocator))
 }
 
 #[cfg(test)]

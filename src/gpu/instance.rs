@@ -20,9 +20,10 @@ pub fn no_device(reason: impl Into<String>, remedy: &str) -> Error {
     }
 }
 
-/// Destroys itself, after everything that was made from it.
+/// One of ours destroys itself, after everything that was made from it; a host's does not.
 pub struct Instance {
     functions: ash::Instance,
+    is_ours: bool,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// Whether objects can be named and passes labelled.
     pub debug_utils: bool,
@@ -91,6 +92,7 @@ impl Instance {
             .map_err(|error| no_device(format!("no Vulkan instance: {error}"), INSTALL_DRIVER))?;
         let mut instance = Self {
             functions,
+            is_ours: true,
             messenger: None,
             debug_utils,
             messages,
@@ -106,10 +108,25 @@ impl Instance {
         }
         Ok(instance)
     }
+
+    /// That of a host. Its objects are not named, as it may lack the extension, and its messages are its own.
+    pub fn of_host(entry: ash::Entry, functions: ash::Instance) -> Self {
+        Self {
+            functions,
+            is_ours: false,
+            messenger: None,
+            debug_utils: false,
+            messages: Arc::default(),
+            _entry: entry,
+        }
+    }
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
+        if !self.is_ours {
+            return;
+        }
         // SAFETY: nothing made from the instance is left; the reverse of creation.
         unsafe {
             if let Some((utils, messenger)) = self.messenger.take() {

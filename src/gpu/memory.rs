@@ -65,8 +65,8 @@ impl Owned {
 impl Drop for Owned {
     fn drop(&mut self) {
         let device = &self.context.device;
-        // SAFETY: submissions are waited for, so the device uses none any more; null handles are
-        // allowed.
+        // SAFETY: whoever records it waits until the device has done with it, a host by its promise in
+        // `Context::from_raw`; null handles are allowed.
         unsafe {
             device.destroy_buffer(self.buffer, None);
             device.destroy_sampler(self.sampler, None);
@@ -101,35 +101,19 @@ impl Buffer {
         Self::allocate(context, name, bytes, MemoryLocation::GpuOnly)
     }
 
-    /// A buffer with `data` in it.
+    /// A buffer with `data` in it. Waits for the device.
     ///
     /// # Errors
     /// As [`Buffer::new`].
     pub fn with_data<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
-        let bytes: &[u8] = bytemuck::cast_slice(data);
-        let buffer = Self::new(context, name, bytes.len() as u64)?;
-        if bytes.is_empty() {
-            return Ok(buffer);
-        }
-        let write = Write {
-            to: &buffer,
-            offset: 0,
-            data: bytes,
-        };
-        Staging::new(context)?.write(&mut Recorder::new(context)?, &[write])?;
+        let buffer = Self::new(context, name, size_of_val(data) as u64)?;
+        let mut staging = Staging::new(context, 1);
+        staging.write(&buffer, 0, data)?;
+        let mut recorder = Recorder::new(context)?;
+        staging.record(&mut recorder);
+        recorder.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
+        recorder.submit()?;
         Ok(buffer)
-    }
-
-    /// A buffer that the host has filled, to copy from.
-    pub(super) fn staging(context: &Arc<Context>, bytes: &[u8]) -> Result<Self> {
-        let mut staging = Self::allocate(
-            context,
-            "staging",
-            bytes.len() as u64,
-            MemoryLocation::CpuToGpu,
-        )?;
-        staging.mapped()[..bytes.len()].copy_from_slice(bytes);
-        Ok(staging)
     }
 
     /// A buffer that the host can read after the device has written it.
@@ -222,7 +206,8 @@ impl Buffer {
         let mut host = Self::readback(context, bytes)?;
         let mut recorder = Recorder::new(context)?;
         recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
-        recorder.copy_buffer(self, &host, [0, 0], bytes);
+        let region = vk::BufferCopy::default().size(bytes);
+        recorder.copy_buffer(self.handle, host.handle, region);
         recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
         recorder.submit()?;
         Ok(bytemuck::pod_collect_to_vec(
@@ -231,72 +216,161 @@ impl Buffer {
     }
 }
 
-/// Bytes for a place in a buffer.
-pub struct Write<'a> {
-    pub to: &'a Buffer,
-    /// bytes
-    pub offset: u64,
-    pub data: &'a [u8],
+/// A copy that the next recording does.
+enum Copy {
+    ToBuffer {
+        from: vk::Buffer,
+        to: vk::Buffer,
+        region: vk::BufferCopy,
+    },
+    ToImage {
+        from: vk::Buffer,
+        to: vk::Image,
+        region: vk::BufferImageCopy,
+    },
 }
 
-impl<'a> Write<'a> {
-    /// `data` from element `first` of the buffer on.
-    pub fn new<T: Pod>(to: &'a Buffer, first: usize, data: &'a [T]) -> Self {
-        Self {
-            to,
-            offset: (first * size_of::<T>()) as u64,
-            data: bytemuck::cast_slice(data),
-        }
-    }
-}
-
-/// Host memory by way of which buffers are written, again and again.
+/// Host memory by way of which buffers and images are filled. It has a slot for each frame in flight, since the
+/// device may still read what earlier frames wrote.
 pub struct Staging {
     context: Arc<Context>,
-    buffer: Buffer,
+    /// By slot, buffers of which the last one is being filled.
+    slots: Vec<Vec<Buffer>>,
+    current: usize,
+    /// Bytes in use of the current slot's last buffer.
+    used: u64,
+    /// Whether the current slot's copies have been recorded, so that the next write takes the next slot.
+    is_recorded: bool,
+    /// Recordings since the last copy.
+    idle: usize,
+    copies: Vec<Copy>,
+    /// Images without a layout.
+    new_images: Vec<(vk::Image, vk::ImageSubresourceRange)>,
 }
 
 impl Staging {
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    pub fn new(context: &Arc<Context>) -> Result<Self> {
-        Ok(Self {
+    /// Bytes of the smallest buffer.
+    const LEAST: u64 = 1 << 16;
+    /// Of offsets: a texel.
+    const ALIGNMENT: u64 = TEXEL_BYTES;
+
+    /// For at most `frames` frames in flight.
+    pub fn new(context: &Arc<Context>, frames: u32) -> Self {
+        Self {
             context: context.clone(),
-            buffer: Buffer::staging(context, &[])?,
-        })
+            slots: (0..frames.max(1)).map(|_| Vec::new()).collect(),
+            current: 0,
+            used: 0,
+            is_recorded: false,
+            idle: 0,
+            copies: Vec::new(),
+            new_images: Vec::new(),
+        }
     }
 
-    /// Does all of `writes` in one submission of `recorder`, and waits for it.
+    /// Writes `data` to a buffer from element `first` on.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
     ///
     /// # Panics
-    /// Where a write reaches beyond its buffer.
-    pub fn write(&mut self, recorder: &mut Recorder, writes: &[Write]) -> Result<()> {
-        let bytes = writes.iter().map(|write| write.data.len() as u64).sum();
-        if bytes > self.buffer.bytes {
-            self.buffer =
-                Buffer::allocate(&self.context, "staging", bytes, MemoryLocation::CpuToGpu)?;
+    /// Where the write reaches beyond the buffer.
+    pub fn write<T: Pod>(&mut self, to: &Buffer, first: usize, data: &[T]) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let offset = (first * size_of::<T>()) as u64;
+        assert!(offset + bytes.len() as u64 <= to.bytes);
+        if bytes.is_empty() {
+            return Ok(());
         }
-        let mut start = 0;
-        for write in writes {
-            let end = start + write.data.len();
-            assert!(write.offset + (end - start) as u64 <= write.to.bytes);
-            self.buffer.mapped()[start..end].copy_from_slice(write.data);
-            start = end;
+        let (from, start) = self.place(bytes.len() as u64)?;
+        self.fill(start, bytes);
+        self.copies.push(Copy::ToBuffer {
+            from,
+            to: to.handle,
+            region: vk::BufferCopy {
+                src_offset: start,
+                dst_offset: offset,
+                size: bytes.len() as u64,
+            },
+        });
+        Ok(())
+    }
+
+    /// Writes a mip level of an image, RGB.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// Where the level has another number of texels.
+    pub fn write_level(&mut self, to: &Image, level: u32, rgb: &[[f32; 3]]) -> Result<()> {
+        let [width, height] = [to.width, to.height].map(|side| (side >> level).max(1));
+        assert_eq!(rgb.len() as u64, u64::from(width) * u64::from(height));
+        let (from, start) = self.place(rgb.len() as u64 * TEXEL_BYTES)?;
+        let texels: Vec<[f32; 4]> = rgb.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
+        self.fill(start, bytemuck::cast_slice(&texels));
+        self.copies.push(Copy::ToImage {
+            from,
+            to: to.handle,
+            region: image_copy(level, [0, 0], [width, height]).buffer_offset(start),
+        });
+        Ok(())
+    }
+
+    /// Has the next recording bring a new image into its layout.
+    pub fn prepare(&mut self, image: &Image) {
+        self.new_images.push((image.handle, image.range()));
+    }
+
+    /// Where so many bytes go.
+    fn place(&mut self, bytes: u64) -> Result<(vk::Buffer, u64)> {
+        if std::mem::take(&mut self.is_recorded) {
+            self.current = (self.current + 1) % self.slots.len();
+            let slot = &mut self.slots[self.current];
+            // The last one is the largest, and soon large enough for all.
+            slot.drain(..slot.len().saturating_sub(1));
+            self.used = 0;
         }
-        recorder.pass("upload", |r| {
-            let mut start = 0;
-            for write in writes.iter().filter(|write| !write.data.is_empty()) {
-                let bytes = write.data.len() as u64;
-                r.copy_buffer(&self.buffer, write.to, [start, write.offset], bytes);
-                start += bytes;
+        let slot = &mut self.slots[self.current];
+        let start = self.used.next_multiple_of(Self::ALIGNMENT);
+        if slot.last().is_none_or(|last| start + bytes > last.bytes()) {
+            let last = slot.last().map_or(0, Buffer::bytes);
+            let size = bytes.max(2 * last).max(Self::LEAST);
+            let location = MemoryLocation::CpuToGpu;
+            slot.push(Buffer::allocate(&self.context, "staging", size, location)?);
+            self.used = bytes;
+            return Ok((slot[slot.len() - 1].handle, 0));
+        }
+        self.used = start + bytes;
+        Ok((slot[slot.len() - 1].handle, start))
+    }
+
+    fn fill(&mut self, start: u64, bytes: &[u8]) {
+        let buffer = self.slots[self.current].last_mut().expect("just placed");
+        buffer.mapped()[start as usize..][..bytes.len()].copy_from_slice(bytes);
+    }
+
+    /// Records the copies. The caller has them wait for whoever used the targets before, and makes them visible.
+    pub fn record(&mut self, recorder: &mut Recorder) {
+        self.idle = if self.copies.is_empty() {
+            self.idle + 1
+        } else {
+            0
+        };
+        if self.idle == self.slots.len() {
+            // What stands still needs none of the memory.
+            self.slots.iter_mut().for_each(Vec::clear);
+        }
+        for (image, range) in self.new_images.drain(..) {
+            recorder.begin_general(image, range);
+        }
+        for copy in self.copies.drain(..) {
+            match copy {
+                Copy::ToBuffer { from, to, region } => recorder.copy_buffer(from, to, region),
+                Copy::ToImage { from, to, region } => recorder.copy_to_image(from, to, region),
             }
-            // Earlier readers have been waited for.
-            r.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
-        })?;
-        recorder.submit()
+        }
+        self.is_recorded = true;
     }
 }
 
@@ -317,6 +391,7 @@ pub struct Image {
     pub(super) sampler: vk::Sampler,
     pub width: u32,
     pub height: u32,
+    levels: u32,
     owned: Arc<Owned>,
 }
 
@@ -329,7 +404,7 @@ const BAND_BYTES: u64 = 64 << 20;
 impl Image {
     pub const FORMAT: vk::Format = FORMAT;
 
-    /// An image with undefined content and `levels` mip levels.
+    /// An image with undefined content and `levels` mip levels. [`Staging::prepare`] brings it into its layout.
     ///
     /// # Errors
     /// [`Error::Device`] where memory or the device's limit on sides is exceeded.
@@ -426,63 +501,27 @@ impl Image {
                 .create_sampler(&sampler, None)
                 .map_err(device_error("making a sampler"))?;
         }
-        let mut recorder = Recorder::new(context)?;
-        recorder.begin_general(handle, range);
-        recorder.submit()?;
         Ok(Self {
             handle,
             view: owned.view,
             sampler: owned.sampler,
             width,
             height,
+            levels,
             owned: Arc::new(owned),
         })
     }
 
-    /// An image with the mip levels `levels`, RGB each, filled.
-    ///
-    /// # Errors, Panics
-    /// As [`Image::new`]; where a level has not as many texels as it should.
-    pub fn with_levels(
-        context: &Arc<Context>,
-        name: &str,
-        levels: &[(u32, u32, Vec<[f32; 3]>)],
-        sampling: Sampling,
-    ) -> Result<Self> {
-        let (width, height, _) = levels[0];
-        let image = Self::new(
-            context,
-            name,
-            [width, height],
-            levels.len() as u32,
-            sampling,
-        )?;
-        image.write_levels(&mut Recorder::new(context)?, levels)?;
-        Ok(image)
+    fn range(&self) -> vk::ImageSubresourceRange {
+        vk::ImageSubresourceRange::default()
+            .aspect_mask(vk::ImageAspectFlags::COLOR)
+            .level_count(self.levels)
+            .layer_count(1)
     }
 
-    /// Fills the mip levels with `levels`, RGB each, and waits for it.
-    ///
-    /// # Errors, Panics
-    /// As [`Image::with_levels`].
-    pub fn write_levels(
-        &self,
-        recorder: &mut Recorder,
-        levels: &[(u32, u32, Vec<[f32; 3]>)],
-    ) -> Result<()> {
-        let context = &self.owned.context;
-        let mut staging = Vec::new();
-        for (level, (width, height, pixels)) in levels.iter().enumerate() {
-            let side = |side: u32| (side >> level).max(1);
-            assert_eq!([*width, *height], [side(self.width), side(self.height)]);
-            assert_eq!(pixels.len() as u64, u64::from(*width) * u64::from(*height));
-            let texels: Vec<[f32; 4]> = pixels.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
-            let buffer = Buffer::staging(context, bytemuck::cast_slice(&texels))?;
-            recorder.copy_to_image(&buffer, self, level as u32, [*width, *height]);
-            staging.push(buffer);
-        }
-        recorder.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
-        recorder.submit()
+    /// For hosts that sample it.
+    pub fn raw(&self) -> (vk::Image, vk::ImageView) {
+        (self.handle, self.view)
     }
 
     pub(super) fn keeper(&self) -> Keeper {
@@ -516,7 +555,8 @@ impl Image {
         for first in (0..extent[1]).step_by(rows as usize) {
             let band = [extent[0], rows.min(extent[1] - first)];
             recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
-            recorder.copy_from_image(self, [offset[0], offset[1] + first], band, &host);
+            let region = image_copy(0, [offset[0], offset[1] + first], band);
+            recorder.copy_from_image(self.handle, host.handle, region);
             recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
             recorder.submit()?;
             let bytes = row_bytes as usize * band[1] as usize;
@@ -526,4 +566,24 @@ impl Image {
         }
         Ok(texels)
     }
+}
+
+fn image_copy(level: u32, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> vk::BufferImageCopy {
+    vk::BufferImageCopy::default()
+        .image_subresource(
+            vk::ImageSubresourceLayers::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .mip_level(level)
+                .layer_count(1),
+        )
+        .image_offset(vk::Offset3D {
+            x: x as i32,
+            y: y as i32,
+            z: 0,
+        })
+        .image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })
 }

@@ -1,7 +1,7 @@
 //! A thin layer over ash: what every pass needs and nothing that one pass alone needs.
 //!
-//! [`Context`] is the device, [`Buffer`] and [`Image`] own their memory, [`Pipeline`] knows its
-//! bindings from the SPIR-V, [`Recorder`] fills and submits a command buffer in named scopes.
+//! [`Context`] is the device, ours or a host's, [`Buffer`] and [`Image`] own their memory, [`BoundPipeline`] knows
+//! its bindings from the SPIR-V, [`Recorder`] fills a command buffer in named passes and submits ours.
 
 mod context;
 mod device;
@@ -16,11 +16,11 @@ mod shader;
 mod timestamps;
 mod validation;
 
-pub use context::{Context, ContextOptions};
-pub use device::{DeviceInfo, list_devices};
+pub use context::{Context, ContextOptions, External};
+pub use device::{DeviceInfo, Requirements, list_devices};
 pub use host_memory::{keep_freed_memory, set_stack_of_threads};
-pub use memory::{Buffer, Image, Sampling, Staging, Write};
-pub use pipeline::{Pipeline, Resource, Topology};
+pub use memory::{Buffer, Image, Sampling, Staging};
+pub use pipeline::{BoundPipeline, Resource, Topology};
 pub use recorder::{Access, PassTime, Progress, Recorder, Submissions, Watcher};
 pub use shader::{Shader, StructLayout, shaders};
 pub use validation::Messages;

@@ -43,9 +43,9 @@ pub struct Pace {
     works: Vec<Work>,
 }
 
-/// What [`Pace::room`] allows.
+/// What [`Pace::allowance`] allows.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Room {
+pub enum Allowance {
     /// So many units may be added to the open submission, at least one.
     Units(u64),
     /// The open submission is full: submit it and ask again.
@@ -68,9 +68,9 @@ impl Pace {
         &mut self.works[index]
     }
 
-    /// Room in the open submission for `wanted` units. `first` is for a kind of work that was never
+    /// Allowance in the open submission for `wanted` units. `first` is for a kind of work that was never
     /// measured: units that are cheap enough on the slowest device.
-    pub fn room(&mut self, name: &'static str, wanted: u64, first: u64) -> Room {
+    pub fn allowance(&mut self, name: &'static str, wanted: u64, first: u64) -> Allowance {
         let is_empty = self.works.iter().all(|work| work.open == 0);
         let spent: Option<f64> = (self.works.iter().filter(|work| work.open > 0))
             .map(|work| Some(work.cost? * work.open as f64))
@@ -79,16 +79,16 @@ impl Pace {
         let (Some(cost), Some(spent)) = (work.cost, spent) else {
             // What is measured first is measured alone.
             return match is_empty {
-                true => Room::Units(wanted.min(first).max(1)),
-                false => Room::Full,
+                true => Allowance::Units(wanted.min(first).max(1)),
+                false => Allowance::Full,
             };
         };
         let most = work.largest.saturating_mul(GROWTH) - work.open;
-        let room = (((TARGET - spent).max(0.0) / cost) as u64).min(most);
-        if room < wanted && !is_empty {
-            return Room::Full;
+        let fitting = (((TARGET - spent).max(0.0) / cost) as u64).min(most);
+        if fitting < wanted && !is_empty {
+            return Allowance::Full;
         }
-        Room::Units(room.min(wanted).max(1))
+        Allowance::Units(fitting.min(wanted).max(1))
     }
 
     /// Notes that the open submission holds these units.
@@ -136,12 +136,12 @@ mod tests {
             *open = 0;
         };
         while left > 0 {
-            match pace.room(name, left, first) {
-                Room::Units(units) => {
+            match pace.allowance(name, left, first) {
+                Allowance::Units(units) => {
                     pace.spend(name, units);
                     (open, left) = (open + units, left - units);
                 }
-                Room::Full => submit(pace, &mut open),
+                Allowance::Full => submit(pace, &mut open),
             }
         }
         submit(pace, &mut open);
@@ -173,12 +173,12 @@ mod tests {
         assert!(split.iter().all(|units| *units <= 8_000), "{split:?}");
 
         pace.spend("shade", 1);
-        assert_eq!(pace.room("direct", 10, 5), Room::Full);
+        assert_eq!(pace.allowance("direct", 10, 5), Allowance::Full);
         pace.close(None);
-        assert_eq!(pace.room("direct", 10, 5), Room::Units(5));
+        assert_eq!(pace.allowance("direct", 10, 5), Allowance::Units(5));
         // Something has to be done even where one unit is too much.
         pace.spend("direct", 1);
         pace.close(Some(Duration::from_secs(2)));
-        assert_eq!(pace.room("direct", 10, 5), Room::Units(1));
+        assert_eq!(pace.allowance("direct", 10, 5), Allowance::Units(1));
     }
 }

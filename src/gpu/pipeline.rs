@@ -1,10 +1,11 @@
-//! Pipelines whose layout is read from the SPIR-V, with resources bound by name.
+//! Pipelines whose layout is read from the SPIR-V, and resources bound to them by name.
 
 use super::memory::Keeper;
 use super::shader::{Binding, BindingKind};
-use super::{Buffer, Context, Image, Shader, device_error, pipeline_cache};
+use super::{Buffer, Context, Image, Shader, device_error};
 use crate::error::Result;
 use ash::vk;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// What a binding's name stands for.
@@ -18,31 +19,81 @@ pub enum Resource<'a> {
 pub type Bindings<'a> = [(&'static str, Resource<'a>)];
 
 /// What the rasteriser makes of the vertices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Topology {
     Triangles,
     Points,
 }
 
-/// A compute or graphics pipeline with its one descriptor set. It keeps alive what is bound to it.
-pub struct Pipeline {
-    context: Arc<Context>,
-    pub(super) handle: vk::Pipeline,
-    pub(super) layout: vk::PipelineLayout,
-    pub(super) set: vk::DescriptorSet,
-    pub(super) stages: vk::ShaderStageFlags,
-    pub(super) bind_point: vk::PipelineBindPoint,
-    pub(super) push_bytes: u32,
-    /// Threads of a workgroup; zeros for graphics.
-    pub(super) local_size: [u32; 3],
-    pub(super) name: &'static str,
+/// A compiled pipeline and its layout. The context owns it and hands out the same one for the same shaders, so that
+/// a buffer that grows rebuilds a descriptor set only.
+pub(super) struct Pipeline {
+    handle: vk::Pipeline,
+    layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
-    pool: vk::DescriptorPool,
+    stages: vk::ShaderStageFlags,
+    bind_point: vk::PipelineBindPoint,
+    push_bytes: u32,
+    /// Threads of a workgroup; zeros for graphics.
+    local_size: [u32; 3],
     bindings: Vec<&'static Binding>,
-    bound: Vec<Keeper>,
 }
 
-impl Pipeline {
+/// What a pipeline is compiled from.
+#[derive(Clone, Copy)]
+struct Source {
+    /// A compute shader, or a vertex shader.
+    first: &'static Shader,
+    /// A fragment shader; its topology.
+    fragment: Option<(&'static Shader, Topology)>,
+    /// Specialisation constant 0 of a compute shader.
+    constant: bool,
+}
+
+impl Source {
+    fn key(&self) -> Key {
+        let fragment = self
+            .fragment
+            .map(|(shader, topology)| (shader.name, topology));
+        (self.first.name, fragment, self.constant)
+    }
+
+    fn shaders(&self) -> impl Iterator<Item = &'static Shader> {
+        std::iter::once(self.first).chain(self.fragment.map(|(shader, _)| shader))
+    }
+}
+
+type Key = (&'static str, Option<(&'static str, Topology)>, bool);
+
+/// All pipelines of a context.
+#[derive(Default)]
+pub(super) struct Pipelines(HashMap<Key, Arc<Pipeline>>);
+
+impl Pipelines {
+    /// Only while the device exists and uses none.
+    pub fn destroy(&mut self, device: &ash::Device) {
+        for (_, pipeline) in self.0.drain() {
+            // SAFETY: whoever used it kept the context; null handles are allowed.
+            unsafe {
+                device.destroy_pipeline(pipeline.handle, None);
+                device.destroy_pipeline_layout(pipeline.layout, None);
+                device.destroy_descriptor_set_layout(pipeline.set_layout, None);
+            }
+        }
+    }
+}
+
+/// A pipeline with its one descriptor set. It keeps alive what is bound to it.
+pub struct BoundPipeline {
+    context: Arc<Context>,
+    pipeline: Arc<Pipeline>,
+    pub(super) name: &'static str,
+    set: vk::DescriptorSet,
+    pool: vk::DescriptorPool,
+    _bound: Vec<Keeper>,
+}
+
+impl BoundPipeline {
     /// A compute pipeline with its resources. `constant` is the specialisation constant 0, of shaders that have one.
     ///
     /// # Errors
@@ -56,42 +107,18 @@ impl Pipeline {
         constant: bool,
         resources: &Bindings,
     ) -> Result<Self> {
-        let stages = vk::ShaderStageFlags::COMPUTE;
-        let mut pipeline =
-            Self::without_handle(context, &[shader], stages, vk::PipelineBindPoint::COMPUTE)?;
-        let module = Module::new(context, shader)?;
-        let value = vk::Bool32::from(constant).to_ne_bytes();
-        let entries = [vk::SpecializationMapEntry::default().size(value.len())];
-        let constants = vk::SpecializationInfo::default()
-            .map_entries(&entries)
-            .data(&value);
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(stages)
-            .module(module.handle)
-            .specialization_info(&constants)
-            .name(c"main");
-        let info = vk::ComputePipelineCreateInfo::default()
-            .stage(stage)
-            .layout(pipeline.layout);
-        pipeline.handle = pipeline_cache::with(context, |cache| {
-            // SAFETY: module and layout are of this device.
-            unsafe {
-                context
-                    .device
-                    .create_compute_pipelines(cache, &[info], None)
-            }
-            .map(|handles| handles[0])
-            .map_err(|(_, error)| device_error(&format!("compiling {}", pipeline.name))(error))
-        })?;
-        context.set_name(pipeline.handle, shader.name);
-        pipeline.bind(resources);
-        Ok(pipeline)
+        let source = Source {
+            first: shader,
+            fragment: None,
+            constant,
+        };
+        Self::new(context, &source, resources)
     }
 
     /// A pipeline that adds its fragments to one RGBA32F image, without vertex buffers.
     ///
     /// # Errors, Panics
-    /// As [`Pipeline::compute`].
+    /// As [`BoundPipeline::compute`].
     pub fn graphics(
         context: &Arc<Context>,
         vertex: &'static Shader,
@@ -99,177 +126,82 @@ impl Pipeline {
         topology: Topology,
         resources: &Bindings,
     ) -> Result<Self> {
-        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let mut pipeline = Self::without_handle(
-            context,
-            &[vertex, fragment],
-            stages,
-            vk::PipelineBindPoint::GRAPHICS,
-        )?;
-        let modules = [
-            Module::new(context, vertex)?,
-            Module::new(context, fragment)?,
-        ];
-        let stage_flags = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
-        let stage_infos = [0, 1].map(|i| {
-            vk::PipelineShaderStageCreateInfo::default()
-                .stage(stage_flags[i])
-                .module(modules[i].handle)
-                .name(c"main")
-        });
-        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-        let assembly =
-            vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
-                Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
-                Topology::Points => vk::PrimitiveTopology::POINT_LIST,
-            });
-        let viewport = vk::PipelineViewportStateCreateInfo::default()
-            .viewport_count(1)
-            .scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .polygon_mode(vk::PolygonMode::FILL)
-            .cull_mode(vk::CullModeFlags::NONE)
-            .line_width(1.0);
-        let multisample = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(vk::SampleCountFlags::TYPE_1);
-        let add = [vk::PipelineColorBlendAttachmentState::default()
-            .blend_enable(true)
-            .src_color_blend_factor(vk::BlendFactor::ONE)
-            .dst_color_blend_factor(vk::BlendFactor::ONE)
-            .color_blend_op(vk::BlendOp::ADD)
-            .src_alpha_blend_factor(vk::BlendFactor::ONE)
-            .dst_alpha_blend_factor(vk::BlendFactor::ONE)
-            .alpha_blend_op(vk::BlendOp::ADD)
-            .color_write_mask(vk::ColorComponentFlags::RGBA)];
-        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&add);
-        let dynamic = vk::PipelineDynamicStateCreateInfo::default()
-            .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
-        let formats = [Image::FORMAT];
-        let mut rendering =
-            vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
-        let info = vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stage_infos)
-            .vertex_input_state(&vertex_input)
-            .input_assembly_state(&assembly)
-            .viewport_state(&viewport)
-            .rasterization_state(&raster)
-            .multisample_state(&multisample)
-            .color_blend_state(&blend)
-            .dynamic_state(&dynamic)
-            .layout(pipeline.layout)
-            .push_next(&mut rendering);
-        pipeline.handle = pipeline_cache::with(context, |cache| {
-            // SAFETY: modules and layout are of this device.
-            unsafe {
-                context
-                    .device
-                    .create_graphics_pipelines(cache, &[info], None)
-            }
-            .map(|handles| handles[0])
-            .map_err(|(_, error)| device_error(&format!("compiling {}", pipeline.name))(error))
-        })?;
-        context.set_name(pipeline.handle, vertex.name);
-        pipeline.bind(resources);
-        Ok(pipeline)
+        let source = Source {
+            first: vertex,
+            fragment: Some((fragment, topology)),
+            constant: false,
+        };
+        Self::new(context, &source, resources)
     }
 
-    fn without_handle(
-        context: &Arc<Context>,
-        shaders: &[&'static Shader],
-        stages: vk::ShaderStageFlags,
-        bind_point: vk::PipelineBindPoint,
-    ) -> Result<Self> {
-        let mut bindings: Vec<&'static Binding> = Vec::new();
-        for binding in shaders.iter().flat_map(|shader| shader.bindings) {
-            match bindings.iter().find(|b| b.index == binding.index) {
-                Some(known) => assert_eq!(known.name, binding.name, "{}", shaders[0].name),
-                None => bindings.push(binding),
+    fn new(context: &Arc<Context>, source: &Source, resources: &Bindings) -> Result<Self> {
+        let mut pipelines = context.pipelines.lock().expect("no panic while held");
+        let pipeline = match pipelines.0.get(&source.key()) {
+            Some(known) => known.clone(),
+            None => {
+                let pipeline = Arc::new(Pipeline::new(context, source)?);
+                pipelines.0.insert(source.key(), pipeline.clone());
+                pipeline
             }
-        }
-        let descriptor = |kind| match kind {
-            BindingKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
-            BindingKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
-            BindingKind::SampledImage => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
         };
-        let layout_bindings: Vec<_> = bindings
-            .iter()
-            .map(|binding| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(binding.index)
-                    .descriptor_type(descriptor(binding.kind))
-                    .descriptor_count(1)
-                    .stage_flags(stages)
-            })
-            .collect();
-        let push_bytes = shaders
-            .iter()
-            .map(|shader| shader.push_bytes)
-            .max()
-            .unwrap_or(0);
-        let device = &context.device;
-        let mut pipeline = Self {
+        drop(pipelines);
+        let name = source.first.name;
+        let (pool, set) = pipeline.descriptor_set(&context.device)?;
+        let mut bound = Self {
             context: context.clone(),
-            handle: vk::Pipeline::null(),
-            layout: vk::PipelineLayout::null(),
-            set: vk::DescriptorSet::null(),
+            pipeline,
+            name,
+            set,
+            pool,
+            _bound: Vec::new(),
+        };
+        bound._bound = bound.bind(resources);
+        Ok(bound)
+    }
+
+    /// Threads of a workgroup.
+    pub(super) fn local_size(&self) -> [u32; 3] {
+        self.pipeline.local_size
+    }
+
+    /// Records that the next command uses it, with these push constants.
+    ///
+    /// # Safety
+    /// `commands` is a recording command buffer of its device.
+    ///
+    /// # Panics
+    /// Where the shaders have push constants of another size.
+    pub(super) unsafe fn record(&self, commands: vk::CommandBuffer, push: &[u8]) {
+        let Pipeline {
+            handle,
+            layout,
             stages,
             bind_point,
             push_bytes,
-            local_size: shaders[0].local_size,
-            name: shaders[0].name,
-            set_layout: vk::DescriptorSetLayout::null(),
-            pool: vk::DescriptorPool::null(),
-            bindings,
-            bound: Vec::new(),
-        };
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
-        let failed = || device_error("laying out a pipeline");
-        // SAFETY: a valid device; everything is destroyed in Drop.
+            ..
+        } = *self.pipeline;
+        assert_eq!(
+            push.len(),
+            push_bytes as usize,
+            "push constants match the shader"
+        );
+        let device = &self.context.device;
+        // SAFETY: pipeline, layout and set are of the same device, and live.
         unsafe {
-            pipeline.set_layout = device
-                .create_descriptor_set_layout(&info, None)
-                .map_err(failed())?;
-            let set_layouts = [pipeline.set_layout];
-            let ranges = [vk::PushConstantRange {
-                stage_flags: stages,
-                offset: 0,
-                size: push_bytes,
-            }];
-            let ranges = if push_bytes > 0 { &ranges[..] } else { &[] };
-            let info = vk::PipelineLayoutCreateInfo::default()
-                .set_layouts(&set_layouts)
-                .push_constant_ranges(ranges);
-            pipeline.layout = device
-                .create_pipeline_layout(&info, None)
-                .map_err(failed())?;
-            let sizes: Vec<_> = pipeline
-                .bindings
-                .iter()
-                .map(|b| vk::DescriptorPoolSize {
-                    ty: descriptor(b.kind),
-                    descriptor_count: 1,
-                })
-                .collect();
-            if !sizes.is_empty() {
-                let info = vk::DescriptorPoolCreateInfo::default()
-                    .max_sets(1)
-                    .pool_sizes(&sizes);
-                pipeline.pool = device
-                    .create_descriptor_pool(&info, None)
-                    .map_err(failed())?;
-                let info = vk::DescriptorSetAllocateInfo::default()
-                    .descriptor_pool(pipeline.pool)
-                    .set_layouts(&set_layouts);
-                pipeline.set = device.allocate_descriptor_sets(&info).map_err(failed())?[0];
+            device.cmd_bind_pipeline(commands, bind_point, handle);
+            if self.set != vk::DescriptorSet::null() {
+                device.cmd_bind_descriptor_sets(commands, bind_point, layout, 0, &[self.set], &[]);
+            }
+            if !push.is_empty() {
+                device.cmd_push_constants(commands, layout, stages, 0, push);
             }
         }
-        Ok(pipeline)
     }
 
     /// Writes the descriptor set.
-    fn bind(&mut self, resources: &Bindings) {
+    fn bind(&self, resources: &Bindings) -> Vec<Keeper> {
         let mut bound = Vec::new();
-        for binding in &self.bindings {
+        for binding in &self.pipeline.bindings {
             let (_, resource) = resources
                 .iter()
                 .find(|(name, _)| *name == binding.name)
@@ -280,54 +212,279 @@ impl Pipeline {
             });
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(self.set)
-                .dst_binding(binding.index);
+                .dst_binding(binding.index)
+                .descriptor_type(descriptor_type(binding.kind));
             let (buffers, images);
             let write = match (binding.kind, resource) {
                 (BindingKind::StorageBuffer, Resource::Buffer(buffer)) => {
                     buffers = [vk::DescriptorBufferInfo::default()
                         .buffer(buffer.handle)
                         .range(vk::WHOLE_SIZE)];
-                    write
-                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                        .buffer_info(&buffers)
+                    write.buffer_info(&buffers)
                 }
                 (BindingKind::StorageImage, Resource::Image(image)) => {
                     images = [vk::DescriptorImageInfo::default()
                         .image_view(image.view)
                         .image_layout(vk::ImageLayout::GENERAL)];
-                    write
-                        .descriptor_type(vk::DescriptorType::STORAGE_IMAGE)
-                        .image_info(&images)
+                    write.image_info(&images)
                 }
                 (BindingKind::SampledImage, Resource::Image(image)) => {
                     images = [vk::DescriptorImageInfo::default()
                         .image_view(image.view)
                         .sampler(image.sampler)
                         .image_layout(vk::ImageLayout::GENERAL)];
-                    write
-                        .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
-                        .image_info(&images)
+                    write.image_info(&images)
                 }
                 _ => panic!("{}: {} is a {:?}", self.name, binding.name, binding.kind),
             };
             // SAFETY: set and resources are of this device and not in use.
             unsafe { self.context.device.update_descriptor_sets(&[write], &[]) };
         }
-        self.bound = bound;
+        bound
     }
 }
 
-impl Drop for Pipeline {
+impl Drop for BoundPipeline {
     fn drop(&mut self) {
-        let device = &self.context.device;
-        // SAFETY: submissions are waited for; null handles are allowed.
+        // SAFETY: no submission under way uses it; null handles are allowed.
+        unsafe { (self.context.device).destroy_descriptor_pool(self.pool, None) };
+    }
+}
+
+fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
+    match kind {
+        BindingKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
+        BindingKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
+        BindingKind::SampledImage => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+    }
+}
+
+/// What was made of a pipeline so far, for errors half-way.
+struct Unfinished<'a> {
+    device: &'a ash::Device,
+    set_layout: vk::DescriptorSetLayout,
+    layout: vk::PipelineLayout,
+}
+
+impl Drop for Unfinished<'_> {
+    fn drop(&mut self) {
+        // SAFETY: nobody else knows these; null handles are allowed.
         unsafe {
-            device.destroy_pipeline(self.handle, None);
-            device.destroy_descriptor_pool(self.pool, None);
-            device.destroy_pipeline_layout(self.layout, None);
-            device.destroy_descriptor_set_layout(self.set_layout, None);
+            self.device.destroy_pipeline_layout(self.layout, None);
+            self.device
+                .destroy_descriptor_set_layout(self.set_layout, None);
         }
     }
+}
+
+impl Pipeline {
+    fn new(context: &Arc<Context>, source: &Source) -> Result<Self> {
+        let name = source.first.name;
+        let (stages, bind_point) = match source.fragment {
+            None => (
+                vk::ShaderStageFlags::COMPUTE,
+                vk::PipelineBindPoint::COMPUTE,
+            ),
+            Some(_) => (
+                vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
+                vk::PipelineBindPoint::GRAPHICS,
+            ),
+        };
+        let mut bindings: Vec<&'static Binding> = Vec::new();
+        for binding in source.shaders().flat_map(|shader| shader.bindings) {
+            match bindings.iter().find(|b| b.index == binding.index) {
+                Some(known) => assert_eq!(known.name, binding.name, "{name}"),
+                None => bindings.push(binding),
+            }
+        }
+        let layout_bindings: Vec<_> = (bindings.iter())
+            .map(|binding| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding.index)
+                    .descriptor_type(descriptor_type(binding.kind))
+                    .descriptor_count(1)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let push_bytes = (source.shaders().map(|shader| shader.push_bytes).max()).unwrap_or(0);
+        let device: &ash::Device = &context.device;
+        let mut made = Unfinished {
+            device,
+            set_layout: vk::DescriptorSetLayout::null(),
+            layout: vk::PipelineLayout::null(),
+        };
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&layout_bindings);
+        let failed = || device_error("laying out a pipeline");
+        // SAFETY: a valid device.
+        made.set_layout =
+            unsafe { device.create_descriptor_set_layout(&info, None) }.map_err(failed())?;
+        let set_layouts = [made.set_layout];
+        let ranges = [vk::PushConstantRange {
+            stage_flags: stages,
+            offset: 0,
+            size: push_bytes,
+        }];
+        let info = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&set_layouts)
+            .push_constant_ranges(if push_bytes > 0 { &ranges[..] } else { &[] });
+        // SAFETY: as above.
+        made.layout = unsafe { device.create_pipeline_layout(&info, None) }.map_err(failed())?;
+        let handle = match source.fragment {
+            None => compile_compute(context, source.first, source.constant, made.layout)?,
+            Some((fragment, topology)) => {
+                compile_graphics(context, source.first, fragment, topology, made.layout)?
+            }
+        };
+        context.set_name(handle, name);
+        let Unfinished {
+            set_layout, layout, ..
+        } = *std::mem::ManuallyDrop::new(made);
+        Ok(Self {
+            handle,
+            layout,
+            set_layout,
+            stages,
+            bind_point,
+            push_bytes,
+            local_size: source.first.local_size,
+            bindings,
+        })
+    }
+
+    /// A pool with the one set; nulls where the shaders have no bindings.
+    fn descriptor_set(
+        &self,
+        device: &ash::Device,
+    ) -> Result<(vk::DescriptorPool, vk::DescriptorSet)> {
+        if self.bindings.is_empty() {
+            return Ok(Default::default());
+        }
+        let sizes: Vec<_> = (self.bindings.iter())
+            .map(|binding| vk::DescriptorPoolSize {
+                ty: descriptor_type(binding.kind),
+                descriptor_count: 1,
+            })
+            .collect();
+        let failed = || device_error("making a descriptor set");
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(1)
+            .pool_sizes(&sizes);
+        // SAFETY: a valid device.
+        let pool = unsafe { device.create_descriptor_pool(&info, None) }.map_err(failed())?;
+        let layouts = [self.set_layout];
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(pool)
+            .set_layouts(&layouts);
+        // SAFETY: the pool has room for the one set.
+        match unsafe { device.allocate_descriptor_sets(&info) } {
+            Ok(sets) => Ok((pool, sets[0])),
+            Err(error) => {
+                // SAFETY: nothing uses the pool.
+                unsafe { device.destroy_descriptor_pool(pool, None) };
+                Err(failed()(error))
+            }
+        }
+    }
+}
+
+fn compile_compute(
+    context: &Context,
+    shader: &'static Shader,
+    constant: bool,
+    layout: vk::PipelineLayout,
+) -> Result<vk::Pipeline> {
+    let module = Module::new(context, shader)?;
+    let value = vk::Bool32::from(constant).to_ne_bytes();
+    let entries = [vk::SpecializationMapEntry::default().size(value.len())];
+    let constants = vk::SpecializationInfo::default()
+        .map_entries(&entries)
+        .data(&value);
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module.handle)
+        .specialization_info(&constants)
+        .name(c"main");
+    let info = vk::ComputePipelineCreateInfo::default()
+        .stage(stage)
+        .layout(layout);
+    // SAFETY: module, layout and cache are of this device.
+    let made = unsafe {
+        (context.device).create_compute_pipelines(context.pipeline_cache.handle(), &[info], None)
+    };
+    compiled(made, shader)
+}
+
+fn compile_graphics(
+    context: &Context,
+    vertex: &'static Shader,
+    fragment: &'static Shader,
+    topology: Topology,
+    layout: vk::PipelineLayout,
+) -> Result<vk::Pipeline> {
+    let modules = [
+        Module::new(context, vertex)?,
+        Module::new(context, fragment)?,
+    ];
+    let stage_flags = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
+    let stage_infos = [0, 1].map(|i| {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(stage_flags[i])
+            .module(modules[i].handle)
+            .name(c"main")
+    });
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
+        Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
+        Topology::Points => vk::PrimitiveTopology::POINT_LIST,
+    });
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(vk::CullModeFlags::NONE)
+        .line_width(1.0);
+    let multisample = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let add = [vk::PipelineColorBlendAttachmentState::default()
+        .blend_enable(true)
+        .src_color_blend_factor(vk::BlendFactor::ONE)
+        .dst_color_blend_factor(vk::BlendFactor::ONE)
+        .color_blend_op(vk::BlendOp::ADD)
+        .src_alpha_blend_factor(vk::BlendFactor::ONE)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+        .alpha_blend_op(vk::BlendOp::ADD)
+        .color_write_mask(vk::ColorComponentFlags::RGBA)];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&add);
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+    let formats = [Image::FORMAT];
+    let mut rendering =
+        vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
+    let info = vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stage_infos)
+        .vertex_input_state(&vertex_input)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&multisample)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering);
+    // SAFETY: modules, layout and cache are of this device.
+    let made = unsafe {
+        (context.device).create_graphics_pipelines(context.pipeline_cache.handle(), &[info], None)
+    };
+    compiled(made, vertex)
+}
+
+fn compiled(
+    made: Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+    shader: &Shader,
+) -> Result<vk::Pipeline> {
+    made.map(|handles| handles[0])
+        .map_err(|(_, error)| device_error(&format!("compiling {}", shader.name))(error))
 }
 
 /// A shader module, needed only while its pipeline is made.

@@ -2,9 +2,9 @@
 
 use super::device::Device;
 use super::memory::{Buffer, Image};
-use super::pace::{Pace, Room};
+use super::pace::{Allowance, Pace};
 use super::timestamps::Timestamps;
-use super::{Context, Pipeline, device_error};
+use super::{BoundPipeline, Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
@@ -70,6 +70,11 @@ impl Access {
         vk::AccessFlags2::MEMORY_WRITE,
     );
 
+    /// For a barrier of a host.
+    pub fn masks(self) -> (vk::PipelineStageFlags2, vk::AccessFlags2) {
+        (self.0, self.1)
+    }
+
     /// Both.
     pub const fn and(self, other: Self) -> Self {
         Self(
@@ -120,14 +125,17 @@ pub struct Progress {
 /// Called after every submission; [`ControlFlow::Break`] stops the work with [`Error::Cancelled`].
 pub type Watcher = Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>;
 
-/// A command buffer that is being recorded, and the fence that [`Recorder::submit`] waits for.
+/// A command buffer that is being recorded: one of ours, with the fence that [`Recorder::submit`] waits for, or a
+/// host's, which the host submits.
 ///
-/// After a failed submission it begins anew, without what was recorded.
+/// After a failed submission ours begins anew, without what was recorded.
 pub struct Recorder {
     context: Arc<Context>,
+    /// Null for a host's command buffers.
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
-    /// Whether `commands` can be recorded to: not after a `begin` that failed.
+    /// Whether `commands` can be recorded to: not after a `begin` that failed, nor before
+    /// [`Recorder::begin_host`].
     recording: bool,
     fence: vk::Fence,
     timestamps: Timestamps,
@@ -145,13 +153,33 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins an empty command buffer.
+    /// For the command buffers of a host, one after the other.
+    pub fn for_host(context: &Arc<Context>) -> Self {
+        Self::idle(context)
+    }
+
+    /// Records into a host's command buffer until [`Recorder::end_host`].
     ///
+    /// # Safety
+    /// It is recording, outside of rendering, and of the context's device and queue family.
+    pub unsafe fn begin_host(&mut self, commands: vk::CommandBuffer) {
+        assert!(!self.is_ours(), "a recorder made for a host");
+        (self.commands, self.recording) = (commands, true);
+    }
+
     /// # Errors
-    /// [`Error::Device`] where the device fails.
-    pub fn new(context: &Arc<Context>) -> Result<Self> {
-        let failed = || device_error("making a command buffer");
-        let mut recorder = Self {
+    /// What cannot be run among what was recorded: the host must not submit it.
+    pub fn end_host(&mut self) -> Result<()> {
+        self.recording = false;
+        self.refused.take().map_or(Ok(()), Err)
+    }
+
+    fn is_ours(&self) -> bool {
+        self.pool != vk::CommandPool::null()
+    }
+
+    fn idle(context: &Arc<Context>) -> Self {
+        Self {
             context: context.clone(),
             pool: vk::CommandPool::null(),
             commands: vk::CommandBuffer::null(),
@@ -169,7 +197,19 @@ impl Recorder {
             watcher: None,
             refused: None,
             wait_each_pass: false,
-        };
+        }
+    }
+
+    /// Begins an empty command buffer.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails, [`Error::Host`] where it is a host's.
+    pub fn new(context: &Arc<Context>) -> Result<Self> {
+        if context.queue.is_none() {
+            return Err(of_host());
+        }
+        let failed = || device_error("making a command buffer");
+        let mut recorder = Self::idle(context);
         let device = &context.device;
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family);
         // SAFETY: a valid device; everything is destroyed in Drop.
@@ -198,9 +238,16 @@ impl Recorder {
     }
 
     /// Times and submissions are counted from here.
-    pub fn begin_frame(&mut self) {
+    ///
+    /// # Errors
+    /// [`Error::Host`] where the device is a host's, who submits.
+    pub fn begin_frame(&mut self) -> Result<()> {
         self.times.clear();
         self.submissions = Submissions::default();
+        match self.is_ours() {
+            true => Ok(()),
+            false => Err(of_host()),
+        }
     }
 
     /// Calls `record` with ranges (first, number) of `total` units of work, one after the other, so
@@ -209,7 +256,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so.
-    pub fn in_shares(
+    pub fn tiled(
         &mut self,
         work: &'static str,
         total: u64,
@@ -218,14 +265,18 @@ impl Recorder {
     ) -> Result<()> {
         let mut done = 0;
         while done < total {
-            let room = match self.pace.room(work, total - done, first) {
-                Room::Units(units) => units,
-                Room::Full => {
+            if !self.is_ours() {
+                done += record(self, done, total - done)?;
+                continue;
+            }
+            let allowed = match self.pace.allowance(work, total - done, first) {
+                Allowance::Units(units) => units,
+                Allowance::Full => {
                     self.submit()?;
                     continue;
                 }
             };
-            let units = record(self, done, room)?;
+            let units = record(self, done, allowed)?;
             self.pace.spend(work, units);
             done += units;
             self.progress = Progress {
@@ -257,7 +308,12 @@ impl Recorder {
     /// # Errors
     /// [`Error::Device`] where the device fails or is lost, or something recorded is beyond its
     /// limits; then nothing was run.
+    ///
+    /// A host's command buffer is left to the host.
     pub fn submit(&mut self) -> Result<()> {
+        if !self.is_ours() {
+            return Ok(());
+        }
         if !self.recording {
             // Beginning failed the last time, so nothing was recorded since.
             return self.begin();
@@ -308,16 +364,19 @@ impl Recorder {
         // locked while it is used.
         unsafe {
             device.end_command_buffer(self.commands).map_err(failed())?;
-            let queue = self.context.queue.lock().expect("no panic while held");
+            let queue = self.context.queue.as_ref().expect("a device of ours");
             device
-                .queue_submit2(*queue, &submit, self.fence)
+                .queue_submit2(
+                    *queue.lock().expect("no panic while held"),
+                    &submit,
+                    self.fence,
+                )
                 .map_err(failed())?;
-            drop(queue);
             let waited = device.wait_for_fences(&[self.fence], true, u64::MAX);
             if waited.is_err() {
                 // Too little memory to wait for the fence, or the device is lost and its work
                 // with it.
-                let _queue = self.context.queue.lock();
+                let _queue = queue.lock();
                 let _ = device.device_wait_idle();
             }
             waited
@@ -332,6 +391,10 @@ impl Recorder {
     /// # Errors
     /// [`Error::Device`] where the device fails (mostly only if passes are waited for).
     pub fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) -> Result<()> {
+        if !self.is_ours() {
+            record(self);
+            return Ok(());
+        }
         let start = Instant::now();
         if !self.recording {
             self.begin()?;
@@ -344,8 +407,8 @@ impl Recorder {
                 None
             });
         self.open.push(name);
-        let label = CString::new(name).expect("pass names have no NUL");
         if let Some(debug) = &self.context.debug {
+            let label = CString::new(name).expect("pass names have no NUL");
             let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
             // SAFETY: a recording command buffer of this device.
             unsafe { debug.cmd_begin_debug_utils_label(self.commands, &info) };
@@ -401,8 +464,8 @@ impl Recorder {
     /// Runs a compute shader with at least `threads` threads along each axis, in as many whole
     /// workgroups as that takes. Beyond the device's limit nothing is recorded, and
     /// [`Recorder::submit`] fails.
-    pub fn dispatch<P: Pod>(&mut self, pipeline: &Pipeline, push: &P, threads: [u32; 3]) {
-        let groups = groups(threads, pipeline.local_size);
+    pub fn dispatch<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P, threads: [u32; 3]) {
+        let groups = groups(threads, pipeline.local_size());
         let limits = &self.context.properties.limits;
         let most = limits.max_compute_work_group_count;
         if let Some(axis) = (0..3).find(|&axis| groups[axis] > most[axis]) {
@@ -428,7 +491,7 @@ impl Recorder {
     /// says.
     pub fn dispatch_indirect<P: Pod>(
         &mut self,
-        pipeline: &Pipeline,
+        pipeline: &BoundPipeline,
         push: &P,
         arguments: &Buffer,
         index: u32,
@@ -446,7 +509,7 @@ impl Recorder {
     /// `VkDrawIndexedIndirectCommand`) say. `clear`: it is all zero before.
     pub fn draw_indexed_indirect<P: Pod>(
         &mut self,
-        pipeline: &Pipeline,
+        pipeline: &BoundPipeline,
         target: &Image,
         clear: bool,
         push: &P,
@@ -467,7 +530,7 @@ impl Recorder {
     /// Draws `vertices` vertices into `target`. `clear`: it is all zero before.
     pub fn draw<P: Pod>(
         &mut self,
-        pipeline: &Pipeline,
+        pipeline: &BoundPipeline,
         target: &Image,
         clear: bool,
         push: &P,
@@ -533,37 +596,11 @@ impl Recorder {
         }
     }
 
-    fn use_pipeline<P: Pod>(&mut self, pipeline: &Pipeline, push: &P) {
-        let bytes = bytemuck::bytes_of(push);
-        assert_eq!(
-            bytes.len(),
-            pipeline.push_bytes as usize,
-            "push constants match the shader"
-        );
-        let device = self.device();
-        // SAFETY: a recording command buffer and a pipeline of this device.
-        unsafe {
-            device.cmd_bind_pipeline(self.commands, pipeline.bind_point, pipeline.handle);
-            if pipeline.set != vk::DescriptorSet::null() {
-                device.cmd_bind_descriptor_sets(
-                    self.commands,
-                    pipeline.bind_point,
-                    pipeline.layout,
-                    0,
-                    &[pipeline.set],
-                    &[],
-                );
-            }
-            if !bytes.is_empty() {
-                device.cmd_push_constants(
-                    self.commands,
-                    pipeline.layout,
-                    pipeline.stages,
-                    0,
-                    bytes,
-                );
-            }
-        }
+    fn use_pipeline<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P) {
+        let commands = self.commands;
+        self.device(); // it is recording
+        // SAFETY: a recording command buffer of the same device.
+        unsafe { pipeline.record(commands, bytemuck::bytes_of(push)) };
     }
 
     /// Fills a buffer with zeros.
@@ -575,63 +612,37 @@ impl Recorder {
         }
     }
 
-    /// `offsets`: in `from` and in `to`.
-    pub(super) fn copy_buffer(
-        &mut self,
-        from: &Buffer,
-        to: &Buffer,
-        offsets: [u64; 2],
-        bytes: u64,
-    ) {
-        let region = [vk::BufferCopy {
-            src_offset: offsets[0],
-            dst_offset: offsets[1],
-            size: bytes,
-        }];
-        // SAFETY: both buffers hold at least `bytes` from there on.
-        unsafe {
-            self.device()
-                .cmd_copy_buffer(self.commands, from.handle, to.handle, &region)
-        };
+    /// The region lies within both buffers.
+    pub(super) fn copy_buffer(&mut self, from: vk::Buffer, to: vk::Buffer, region: vk::BufferCopy) {
+        // SAFETY: a recording command buffer, live buffers.
+        unsafe { (self.device()).cmd_copy_buffer(self.commands, from, to, &[region]) };
     }
 
+    /// The region lies within both; the image is in layout GENERAL.
     pub(super) fn copy_to_image(
         &mut self,
-        from: &Buffer,
-        to: &Image,
-        level: u32,
-        extent: [u32; 2],
+        from: vk::Buffer,
+        to: vk::Image,
+        region: vk::BufferImageCopy,
     ) {
-        let region = [image_copy(level, [0, 0], extent)];
-        // SAFETY: the buffer holds the level; the image is in layout GENERAL.
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: a recording command buffer, a live buffer and image.
         unsafe {
-            self.device().cmd_copy_buffer_to_image(
-                self.commands,
-                from.handle,
-                to.handle,
-                vk::ImageLayout::GENERAL,
-                &region,
-            );
+            (self.device()).cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]);
         }
     }
 
+    /// As [`Recorder::copy_to_image`].
     pub(super) fn copy_from_image(
         &mut self,
-        from: &Image,
-        offset: [u32; 2],
-        extent: [u32; 2],
-        to: &Buffer,
+        from: vk::Image,
+        to: vk::Buffer,
+        region: vk::BufferImageCopy,
     ) {
-        let region = [image_copy(0, offset, extent)];
-        // SAFETY: the buffer holds the rectangle; the image is in layout GENERAL.
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: as above.
         unsafe {
-            self.device().cmd_copy_image_to_buffer(
-                self.commands,
-                from.handle,
-                vk::ImageLayout::GENERAL,
-                to.handle,
-                &region,
-            );
+            (self.device()).cmd_copy_image_to_buffer(self.commands, from, layout, to, &[region]);
         }
     }
 
@@ -650,24 +661,11 @@ impl Recorder {
     }
 }
 
-fn image_copy(level: u32, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> vk::BufferImageCopy {
-    vk::BufferImageCopy::default()
-        .image_subresource(
-            vk::ImageSubresourceLayers::default()
-                .aspect_mask(vk::ImageAspectFlags::COLOR)
-                .mip_level(level)
-                .layer_count(1),
-        )
-        .image_offset(vk::Offset3D {
-            x: x as i32,
-            y: y as i32,
-            z: 0,
-        })
-        .image_extent(vk::Extent3D {
-            width,
-            height,
-            depth: 1,
-        })
+fn of_host() -> Error {
+    Error::Host {
+        reason: "on the device of a host nothing is submitted or waited for".into(),
+        remedy: "record into a command buffer of the host".into(),
+    }
 }
 
 /// Workgroups of `local_size` threads that hold `threads`.

@@ -4,9 +4,9 @@
 //! For messages only: no frame depends on it.
 
 use crate::render::device_scene::DeviceScene;
-use crate::render::geometry::triangle_store::Soup;
+use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{self, Light};
-use crate::render::lights::{directions, ways};
+use crate::render::lights::{PackedLights, directions, outgoing_directions, pack};
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -43,10 +43,13 @@ impl Stage {
 
 /// A sentence for every object that should throw a caustic and does not, as far as a thousand of its points
 /// tell. `with_environment`: the method lets environments throw caustics.
-pub fn sentences(device: &DeviceScene, lights: &[Light], with_environment: bool) -> Vec<String> {
+pub fn sentences(device: &DeviceScene, with_environment: bool) -> Vec<String> {
     let scene = &device.scene;
+    let Ok(PackedLights { lights, .. }) = pack(scene, device.geometry.store.origin) else {
+        return Vec::new();
+    };
     let sentence = |(index, object): (usize, &crate::scene::Object)| {
-        let reason = best(device, lights, with_environment, index).reason()?;
+        let reason = best(device, &lights, with_environment, index).reason()?;
         let name = object.name.escape_debug();
         Some(format!("object \"{name}\" throws no caustic: {reason}"))
     };
@@ -54,16 +57,16 @@ pub fn sentences(device: &DeviceScene, lights: &[Light], with_environment: bool)
 }
 
 fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: usize) -> Stage {
-    let (scene, soup) = (&device.scene, &device.soup);
+    let (scene, store) = (&device.scene, &device.geometry.store);
     let material = &scene.materials[scene.objects[object].material].kind;
-    let places = soup.places(object);
+    let places = store.indices(object);
     let step = places.len().div_ceil(POINTS).max(1);
     let of_each = (POINTS / places.len()).max(1);
     let mut best = Stage::Away;
     for &place in places.iter().step_by(step) {
         for number in 0..of_each {
-            let (x, normal, geometric) = point(soup, place, number);
-            let sky = (with_environment && device.has_environment)
+            let (x, normal, geometric) = point(store, place, number);
+            let sky = (with_environment && device.environment.is_present)
                 .then(|| (0..DIRECTIONS).map(direction))
                 .into_iter()
                 .flatten()
@@ -84,11 +87,11 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
             });
             for (toward, distance) in suns.chain(sky) {
                 let mut stage = Stage::Away;
-                for way in ways(material, normal, toward) {
+                for way in outgoing_directions(material, normal, toward) {
                     stage = stage.max(Stage::Shadowed);
                     let side = geometric.dot(toward.as_vec3()).signum();
-                    if soup.is_blocked(
-                        x + offset(soup, side * geometric),
+                    if store.is_blocked(
+                        x + offset(store, side * geometric),
                         toward.as_vec3(),
                         distance as f32,
                     ) {
@@ -96,7 +99,7 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                     }
                     stage = stage.max(Stage::Astray);
                     let side = geometric.dot(way.as_vec3()).signum();
-                    if lands(device, x + offset(soup, side * geometric), way.as_vec3()) {
+                    if lands(device, x + offset(store, side * geometric), way.as_vec3()) {
                         return Stage::Lands;
                     }
                 }
@@ -108,9 +111,9 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
 }
 
 /// Point number `number` of a triangle, with the interpolated and the geometric normal.
-fn point(soup: &Soup, place: u32, number: usize) -> (Vec3, DVec3, Vec3) {
-    let triangle = &soup.triangles[place as usize];
-    let normals = &soup.normals[place as usize];
+fn point(store: &TriangleStore, place: u32, number: usize) -> (Vec3, DVec3, Vec3) {
+    let triangle = &store.triangles[place as usize];
+    let normals = &store.normals[place as usize];
     // The sequence R2 of Roberts (2018), folded into the triangle; the first is the middle.
     let [mut s, mut t] = match number {
         0 => [1.0 / 3.0; 2],
@@ -150,8 +153,8 @@ fn above_horizon(toward: DVec3, normal: DVec3, sine: f64) -> DVec3 {
 }
 
 /// From a surface to where its own triangle does not count.
-fn offset(soup: &Soup, normal: Vec3) -> Vec3 {
-    1e-5 * soup.size() * normal
+fn offset(store: &TriangleStore, normal: Vec3) -> Vec3 {
+    1e-5 * store.size() * normal
 }
 
 /// Whether a ray meets the front of a receiver first.
@@ -161,7 +164,7 @@ fn lands(device: &DeviceScene, origin: Vec3, way: Vec3) -> bool {
             .light_map
             .is_some()
     };
-    let nearest = device.soup.nearest(origin, way, is_receiver);
+    let nearest = device.geometry.store.nearest(origin, way, is_receiver);
     nearest.is_some_and(|triangle| {
         is_receiver(triangle) && triangle.edge1.cross(triangle.edge2).dot(way) < 0.0
     })

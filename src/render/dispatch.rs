@@ -1,4 +1,4 @@
-//! Pictures and light maps are computed in parts, as many at a time as one submission may hold.
+//! Dispatch tiling: pictures and light maps are computed in rectangles of workgroups, so that no submission runs long.
 
 use glam::UVec2;
 use std::ops::Range;
@@ -10,13 +10,13 @@ const FIRST_RAYS: u64 = 1 << 17;
 
 /// A rectangle of pixels or texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part {
+pub struct GroupRect {
     pub first: UVec2,
     /// Workgroups of 8 × 8; what they cover beyond the picture is left out by the shader.
     pub groups: [u32; 3],
 }
 
-impl Part {
+impl GroupRect {
     /// The largest rectangle of the workgroups that cover `size` pixels, counted row by row, that begins with
     /// number `first` and has at most `most` of them.
     pub fn of([width, height]: [u32; 2], first: u64, most: u64) -> Self {
@@ -90,7 +90,7 @@ mod tests {
             let (mut first, total) = (0, group_count(size));
             assert_eq!(total as usize, columns * rows);
             while first < total {
-                let part = Part::of(size, first, most);
+                let part = GroupRect::of(size, first, most);
                 assert!((1..=most).contains(&part.count()), "{part:?}");
                 let [x, y] = part.first.to_array().map(|at| (at / GROUP) as usize);
                 for row in y..y + part.groups[1] as usize {

@@ -84,24 +84,14 @@ mirrors! {
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32,
         first_light: u32, receiver_count: u32, lobes: u32, spread: f32,
-        flat_spread: f32, trace: u32, merged: u32,
+        flat_spread: f32, trace: u32, clustered: u32, product: u32,
     }
-    LightImagePush {
-        first_pair: u32, pair_count: u32, receiver_count: u32, lobes: u32, spread: f32, trace: u32,
-    }
-    CompactPush { pair_count: u32, slots: u32, receiver_count: u32, rows: u32, }
-    CurvedPush {
-        first_pair: u32, pair_count: u32, patch_count: u32, curved_count: u32,
-        lobes: u32, spread: f32, flat_spread: f32, trace: u32, merged: u32,
-    }
+    CompactPush { pair_count: u32, slots: u32, }
+    LevelsPush { receiver_count: u32, rows: u32, }
     DilatePush { curved: u32, first_row: u32, }
     /// Of all that is drawn into the light maps.
     DrawPush { atlas_size: Vec2, }
     ResolvePush { level: i32, first_row: i32, }
-    BeamsPush {
-        first_pair: u32, pair_count: u32, patch_count: u32, first_light: u32,
-        receiver_count: u32, lobes: u32, trace: u32, product: u32,
-    }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
         reflector_count: u32, receiver_count: u32, curved_count: u32, lobes: u32, trace: u32,
@@ -122,6 +112,13 @@ mirrors! {
         up: Vec3, rotation: f32,
         forward: Vec3, side: u32,
         first: UVec2,
+    }
+}
+
+impl Triangle {
+    /// m²
+    pub fn area(&self) -> f32 {
+        0.5 * self.edge1.cross(self.edge2).length()
     }
 }
 
@@ -173,11 +170,7 @@ mod tests {
                     ("right_link", 28),
                 ][..],
             ),
-            (
-                "CompactPush",
-                16,
-                &[("pair_count", 0), ("receiver_count", 4)],
-            ),
+            ("CompactPush", 8, &[("pair_count", 0), ("slots", 0)]),
             ("Nothing", 4, &[]),
         ] {
             assert_eq!(

@@ -1,44 +1,262 @@
-//! Which lights blur so much less than texels that their width does not count.
+//! lights: suns, lamps and what is like a sun in the environment, packed for the device and classified.
 //!
-//! Under these a patch's image is a triangle, exact but for the blur; under others it is a kernel, exact in
+//! A light is narrow where it blurs so much less than a texel that its width does not count. Under narrow lights a
+//! patch's image is a triangle, exact but for the blur; under wide ones it is a kernel, exact in
 //! its blur but for the triangle. Kernels reach beyond their patches and triangles do not, so that where
 //! the two meet their sum is uneven: a light has the one or the other everywhere, and keeps it when things
 //! move.
 
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context, Staging};
 use crate::optics::{reflect, refract};
-use crate::render::geometry::triangle_store::Soup;
-use crate::render::gpu_types::{Light, Receiver};
-use crate::render::patches::tessellation::area;
-use crate::scene::{MaterialKind, Scene};
+use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::gpu_types::{self, Light, Receiver};
+use crate::render::settings::Method;
+use crate::scene::{EnvironmentMap, LightKind, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Cells of an environment that count as suns, at most.
+pub const MOST_ENVIRONMENT_SUNS: usize = 4;
+
+/// Lights whose light is imaged by the same patches.
+#[derive(Debug, Clone, Copy)]
+pub struct LightGroup {
+    pub first_light: u32,
+    pub light_count: u32,
+    pub patch_count: u32,
+}
+
+impl LightGroup {
+    /// Pairs of a light and a patch.
+    pub fn pairs(&self) -> u64 {
+        u64::from(self.light_count) * u64::from(self.patch_count)
+    }
+}
+
+/// Which lights a projector projects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    Narrow,
+    Wide,
+    /// Narrow and wide ones.
+    All,
+    /// The environment's cells.
+    Environment,
+}
+
+/// The lights' buffer, and which of them are narrow.
+pub struct DeviceLights {
+    pub buffer: Buffer,
+    /// Suns and lamps of the scene; those of the environment follow.
+    pub scene_count: u32,
+    /// By light: whether its footprints on planar receivers are triangles.
+    are_narrow: Vec<bool>,
+    narrow: Vec<Range<u32>>,
+    wide: Vec<Range<u32>>,
+    all: Range<u32>,
+    method: Method,
+}
+
+impl DeviceLights {
+    /// Room for all lights of `scene`.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device's memory does not suffice.
+    pub fn new(context: &Arc<Context>, scene: &Scene, method: Method) -> Result<Self> {
+        let is_light = |kind: &LightKind| !matches!(kind, LightKind::Environment { .. });
+        let count = (scene.lights.iter())
+            .filter(|light| is_light(&light.kind))
+            .count();
+        let bytes = (count + MOST_ENVIRONMENT_SUNS) * size_of::<Light>();
+        Ok(Self {
+            buffer: Buffer::new(context, "lights", bytes as u64)?,
+            scene_count: count as u32,
+            are_narrow: Vec::new(),
+            narrow: Vec::new(),
+            wide: Vec::new(),
+            all: 0..0,
+            method,
+        })
+    }
+
+    /// Writes the lights. They are classified once, those of the environment once for each environment.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn update(
+        &mut self,
+        staging: &mut Staging,
+        lights: &[Light],
+        is_another_environment: bool,
+        is_narrow: impl Fn(&Light) -> bool,
+    ) -> Result<()> {
+        if is_another_environment {
+            self.are_narrow.truncate(self.scene_count as usize);
+        }
+        let method = self.method;
+        let known = self.are_narrow.len().min(lights.len());
+        self.are_narrow.truncate(known);
+        (self.are_narrow).extend(lights[known..].iter().map(|light| match method {
+            Method::Footprint => is_narrow(light),
+            Method::Beams => true,
+            Method::Pinhole | Method::Points => false,
+        }));
+        self.narrow = self.ranges(true);
+        self.wide = self.ranges(false);
+        self.all = 0..self.count();
+        staging.write(&self.buffer, 0, lights)
+    }
+
+    fn ranges(&self, narrow: bool) -> Vec<Range<u32>> {
+        let mut first = 0;
+        (self.are_narrow.chunk_by(|a, b| a == b))
+            .map(|run| {
+                let range = first..first + run.len() as u32;
+                first = range.end;
+                (run[0], range)
+            })
+            .filter_map(|(is_narrow, range)| (is_narrow == narrow).then_some(range))
+            .collect()
+    }
+
+    /// Suns, lamps, and what is like a sun in the environment.
+    pub fn count(&self) -> u32 {
+        self.are_narrow.len() as u32
+    }
+
+    /// Those of a source, with so many patches. Of the environment there are none here.
+    pub fn groups(
+        &self,
+        source: Source,
+        patch_count: u32,
+    ) -> impl Iterator<Item = LightGroup> + '_ {
+        let ranges = match source {
+            Source::Narrow => &self.narrow[..],
+            Source::Wide => &self.wide,
+            Source::All => std::slice::from_ref(&self.all),
+            Source::Environment => &[],
+        };
+        ranges.iter().map(move |range| LightGroup {
+            first_light: range.start,
+            light_count: range.end - range.start,
+            patch_count,
+        })
+    }
+}
+
+/// The lights of a scene.
+pub struct PackedLights<'a> {
+    pub lights: Vec<gpu_types::Light>,
+    pub environment: Option<EnvironmentLight<'a>>,
+}
+
+/// An environment as it is now.
+#[derive(Clone, Copy)]
+pub struct EnvironmentLight<'a> {
+    pub map: &'a Arc<EnvironmentMap>,
+    pub scale: f32,
+    /// rad, 0 to 2π.
+    pub rotation: f32,
+}
+
+/// # Errors
+/// [`Error::Usage`] where there is more than one environment.
+pub fn pack(scene: &Scene, origin: DVec3) -> Result<PackedLights<'_>> {
+    let mut lights = Vec::new();
+    let mut environment = None;
+    for light in &scene.lights {
+        match &light.kind {
+            LightKind::Sun {
+                direction,
+                irradiance,
+                angular_radius,
+            } => {
+                let [axis1, axis2] = disc_axes(*direction, *angular_radius);
+                lights.push(gpu_types::Light {
+                    place: direction.as_vec3(),
+                    size: *angular_radius as f32,
+                    power: irradiance.as_vec3(),
+                    axis1,
+                    axis2,
+                    ..Default::default()
+                });
+            }
+            LightKind::Lamp {
+                position,
+                radius,
+                radiant_flux,
+            } => lights.push(gpu_types::Light {
+                place: (*position - origin).as_vec3(),
+                size: *radius as f32,
+                // Into all of the sphere of directions, W/sr.
+                power: (*radiant_flux / (4.0 * PI)).as_vec3(),
+                is_lamp: 1,
+                ..Default::default()
+            }),
+            LightKind::Environment {
+                map,
+                scale,
+                rotation,
+            } => {
+                let light = EnvironmentLight {
+                    map,
+                    scale: *scale as f32,
+                    rotation: rotation.rem_euclid(TAU) as f32,
+                };
+                if environment.replace(light).is_some() {
+                    return Err(Error::Usage {
+                        reason: "the scene has more than one environment".into(),
+                        remedy: "keep one light of kind environment".into(),
+                    });
+                }
+            }
+        }
+    }
+    Ok(PackedLights {
+        lights,
+        environment,
+    })
+}
+
+/// The root of the covariance of the directions of a sun's disc: of radius a, a²/4 on each axis.
+pub fn disc_axes(direction: DVec3, angular_radius: f64) -> [Vec3; 2] {
+    let (a, b) = direction.any_orthonormal_pair();
+    [a, b].map(|axis| (0.5 * angular_radius * axis).as_vec3())
+}
 
 /// Variance of the light's image over that of a texel, up to which a light is narrow. On the ring at
 /// 256², where it is 0.12 for a sun of 0.27°, triangles and kernels had L1 2.3 and 3.1 % with 4 k patches,
 /// 0.6 and 1.1 % with 64 k; at 512², where it is 0.5, 1.3 and 0.9 %. On `bumps` at 128², where it is 0.25,
 /// 3.2 and 0.8 %.
-const MOST: f64 = 0.15;
-/// Triangles that are looked at.
-const LOOKED_AT: usize = 4096;
+const NARROW: f64 = 0.15;
+/// Triangles that are sampled.
+const SAMPLED: usize = 4096;
 
 /// Whether `light` is narrow on the whole, where its light by the middles of the specular triangles meets
 /// receivers.
-pub fn is_narrow(scene: &Scene, soup: &Soup, receivers: &[Receiver], light: &Light) -> bool {
+pub fn is_narrow(
+    scene: &Scene,
+    store: &TriangleStore,
+    receivers: &[Receiver],
+    light: &Light,
+) -> bool {
     let places: Vec<(&MaterialKind, u32)> = (scene.specular_objects())
         .flat_map(|(index, object)| {
             let material = &scene.materials[object.material].kind;
-            soup.places(index)
+            store
+                .indices(index)
                 .iter()
                 .map(move |&place| (material, place))
         })
         .collect();
     let (mut sum, mut weights) = (0.0, 0.0);
-    for &(material, place) in places
-        .iter()
-        .step_by(places.len().div_ceil(LOOKED_AT).max(1))
-    {
+    for &(material, place) in places.iter().step_by(places.len().div_ceil(SAMPLED).max(1)) {
         let (triangle, normals) = (
-            &soup.triangles[place as usize],
-            &soup.normals[place as usize],
+            &store.triangles[place as usize],
+            &store.normals[place as usize],
         );
         let x = triangle.position + (triangle.edge1 + triangle.edge2) / 3.0;
         let normal = (normals.n0 + normals.n1 + normals.n2)
@@ -46,19 +264,19 @@ pub fn is_narrow(scene: &Scene, soup: &Soup, receivers: &[Receiver], light: &Lig
             .normalize_or_zero();
         let (toward, variance) = directions(light, x);
         let cosine = normal.dot(toward);
-        for way in ways(material, normal, toward) {
+        for direction in outgoing_directions(material, normal, toward) {
             for receiver in receivers {
-                if let Some(distance) = distance_to(receiver, x, way.as_vec3()) {
+                if let Some(distance) = distance_to(receiver, x, direction.as_vec3()) {
                     let texels = f64::from(receiver.width) * f64::from(receiver.height);
                     let texel = f64::from(receiver.edge_u.cross(receiver.edge_v).length()) / texels;
-                    let weight = f64::from(area(triangle)) * cosine.abs();
+                    let weight = f64::from(triangle.area()) * cosine.abs();
                     sum += weight * 12.0 * variance * distance * distance / texel;
                     weights += weight;
                 }
             }
         }
     }
-    sum <= MOST * weights
+    sum <= NARROW * weights
 }
 
 /// Unit direction toward the light from x, and the variance of its directions on an axis.
@@ -74,7 +292,11 @@ pub fn directions(light: &Light, x: Vec3) -> (DVec3, f64) {
 }
 
 /// Where a surface with this normal sends light that comes from `toward`.
-pub fn ways(material: &MaterialKind, normal: DVec3, toward: DVec3) -> impl Iterator<Item = DVec3> {
+pub fn outgoing_directions(
+    material: &MaterialKind,
+    normal: DVec3,
+    toward: DVec3,
+) -> impl Iterator<Item = DVec3> {
     let cosine = normal.dot(toward);
     let (facing, refracted) = match material {
         MaterialKind::Dielectric { ior } if cosine < 0.0 => {

@@ -1,108 +1,89 @@
-//! The renderer: a list of passes and the barriers between them.
+//! The renderer, and what a host must know of it. `frame.rs` has every pass and barrier.
 //!
 //! ```text
-//! scene ─► upload ─► sample ─► project ─► splat ─► resolve ─► shade ─► read back
+//! scene ─► geometry, lights, receivers ─► patches ─► splat ─► view
 //! ```
-//! A mirror is cut into patches (sample). Each patch images each light onto each receiver: a
-//! footprint (project). The footprints are added to the receivers' light maps (splat), wide
-//! ones to coarse levels (resolve), which the view shows (shade). `pinhole` gathers over the
-//! patches instead, as the paper does; `beams` draws each patch as a triangle of even irradiance;
-//! `points` replaces patches and footprints by points and single texels.
+//! Each folder is a step and knows its inputs and outputs only. [`Renderer::record`] records a frame into a command
+//! buffer of a host; the blocking calls, for programs without Vulkan of their own, record and submit the same.
 
 mod device_scene;
 mod diagnostics;
 mod dispatch;
 mod environment;
+mod frame;
 mod geometry;
 mod gpu_types;
 mod lights;
+mod materials;
 mod methods;
 mod patches;
 mod receivers;
+mod settings;
 mod splat;
-mod update;
+mod stages;
 mod view;
 
+pub use settings::{Area, Method, Settings};
+
 use crate::error::{Error, Result};
-use crate::gpu::{
-    Access, Buffer, Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher,
-};
+use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
 use crate::image_file::RgbImage;
-use crate::render::device_scene::{COARSEST, DeviceScene};
-use crate::render::dispatch::{Part, bands, first_groups, group_count};
-use crate::render::environment::pairs::Class;
-use crate::render::methods::pinhole::Pinhole;
-use crate::render::methods::points::Points;
-use crate::render::patches::sample::Sample;
-use crate::render::splat::draw_footprints::Splat;
-use crate::render::splat::footprints::Project;
-use crate::render::splat::list::{Batch, Listed};
-use crate::render::splat::mesh_footprints::{Dilate, Splats};
-use crate::render::splat::pinhole_images::LightImages;
-use crate::render::splat::resolve::Resolve;
-use crate::render::splat::triangles::Beams;
+use crate::render::device_scene::DeviceScene;
+use crate::render::frame::Caustic;
+use crate::render::lights::Source;
+use crate::render::receivers::dilate::Dilate;
 use crate::render::view::camera::Shade;
 use crate::render::view::direct::Direct;
 use crate::scene::{Camera, Scene};
-use std::ops::Range;
+use ash::vk;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// How the caustic is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// Patches are imaged to footprints, which are added up.
-    Footprint,
-    /// Every texel gathers over all patches (Wand & Straßer 2003).
-    Pinhole,
-    /// Low-discrepancy points, one texel each.
-    Points,
-    /// Patches are drawn as triangles between their corners' mirrored rays.
-    Beams,
+/// What a host wants of a frame.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    /// The scene as it is now: places, sizes, directions and colours may differ from the last frame's, not what there is.
+    pub scene: &'a Scene,
+    /// Also the direct light of all lights, into [`Output::direct_map`].
+    pub direct: bool,
 }
 
-/// How `beams` compares the area of a patch with that of its image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Area {
-    /// The area: the length of the sides' cross product.
-    True,
-    /// The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`,
-    /// as is widespread. Right only where they are at right angles.
-    Product,
+/// Where a recorded frame leaves its results. They stay the same until the renderer is dropped.
+#[derive(Debug, Clone, Copy)]
+pub struct Output<'a> {
+    /// Caustic irradiance of all receivers, W/m² in linear RGB, a tile each; alpha is undefined.
+    pub light_map: MapImage,
+    /// Direct irradiance, in the same tiles; undefined where the frame did not ask for it.
+    pub direct_map: MapImage,
+    /// What the host must wait for before it reads the maps, and make visible.
+    pub last_stage: vk::PipelineStageFlags2,
+    pub last_access: vk::AccessFlags2,
+    pub receivers: &'a [ReceiverTile],
 }
 
-/// What to compute and how finely.
-#[derive(Debug, Clone)]
-pub struct Settings {
-    pub method: Method,
-    /// Patches asked for on the mirrors' lit faces (at least one a triangle is made), or points.
-    pub samples: u32,
-    /// `footprint`: parts that an environment is cut into, at most; 8 or more are.
-    pub sky_parts: u32,
-    /// `footprint`: images of a part of an environment in a patch, about so many for every sample, times the
-    /// environment's share of all light in the first frame.
-    pub sky_images: u32,
-    /// `pinhole`: ε of the form factor's d² + ε, in squared patch diameters.
-    pub epsilon: f32,
-    /// `pinhole`: blur the light by the patch's curvature.
-    pub filter: bool,
-    /// `beams`: what is taken for the area.
-    pub area: Area,
+/// An image that the host may sample. Its format is `R32G32B32A32_SFLOAT`.
+#[derive(Debug, Clone, Copy)]
+pub struct MapImage {
+    pub image: vk::Image,
+    pub view: vk::ImageView,
+    /// It is in this layout whenever the renderer does not run, and has to be in it when it does.
+    pub layout: vk::ImageLayout,
+    /// Texels.
+    pub size: [u32; 2],
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            method: Method::Footprint,
-            samples: 16_384,
-            sky_parts: 4096,
-            sky_images: 4,
-            epsilon: 1.0,
-            filter: true,
-            area: Area::True,
-        }
-    }
+/// A receiver's part of the maps.
+#[derive(Debug, Clone, Copy)]
+pub struct ReceiverTile {
+    /// Index into [`Scene::objects`].
+    pub object: usize,
+    /// Its top left texel, and its texels.
+    pub origin: [u32; 2],
+    pub size: [u32; 2],
+    /// From a rectangle's coordinates (u along `edge_u`, v along `edge_v`, 0 to 1), or a mesh's texture coordinates with v
+    /// from the bottom, to those of the map: `uv * scale + offset`.
+    pub scale: [f32; 2],
+    pub offset: [f32; 2],
 }
 
 /// A scene on a device, ready to be rendered again and again.
@@ -112,159 +93,55 @@ pub struct Renderer {
     scene: DeviceScene,
     light_map: Image,
     direct_map: Image,
+    tiles: Vec<ReceiverTile>,
     caustic: Caustic,
     direct: Direct,
-    /// For the light map and the direct map, where there are curved receivers.
+    /// For the light map and the direct map, where there are mesh receivers.
     dilate: Option<[Dilate; 2]>,
     shade: Option<Shade>,
     recorder: Recorder,
-}
-
-/// The stages of a method.
-#[allow(clippy::large_enum_variant)] // a renderer has one
-enum Caustic {
-    Footprint {
-        sample: Sample,
-        narrow: Option<Beams>,
-        wide: Option<Wide>,
-        curved: Option<Splats>,
-    },
-    Pinhole {
-        sample: Sample,
-        pinhole: Pinhole,
-    },
-    Points(Points),
-    Beams {
-        sample: Sample,
-        beams: Beams,
-    },
-}
-
-/// Footprints on rects of lights that are not narrow.
-struct Wide {
-    project: Project,
-    images: Option<LightImages>,
-    splat: Splat,
-    resolve: Resolve,
-}
-
-impl Wide {
-    fn new(
-        context: &Arc<Context>,
-        device: &DeviceScene,
-        patches: &Buffer,
-        light_map: &Image,
-    ) -> Result<Self> {
-        let project = Project::new(context, device, patches)?;
-        let images = (device.pairs.as_ref())
-            .map(|pairs| LightImages::new(context, device, pairs, &project.listed.coarse))
-            .transpose()?;
-        let splat = Splat::new(context, &project.listed)?;
-        let resolve = Resolve::new(context, device, &project.listed, light_map)?;
-        Ok(Self {
-            project,
-            images,
-            splat,
-            resolve,
-        })
-    }
-}
-
-impl Caustic {
-    /// The lists of what patches throw.
-    fn lists(&self) -> Vec<&Listed> {
-        match self {
-            Caustic::Footprint {
-                narrow,
-                wide,
-                curved,
-                ..
-            } => {
-                let images = wide.iter().filter_map(|wide| wide.images.as_ref());
-                (narrow.iter().map(|beams| &beams.listed))
-                    .chain(wide.iter().map(|wide| &wide.project.listed))
-                    .chain(images.map(|images| &images.listed))
-                    .chain(curved.iter().map(|splats| &splats.listed))
-                    .collect()
-            }
-            Caustic::Beams { beams, .. } => vec![&beams.listed],
-            Caustic::Pinhole { .. } | Caustic::Points(_) => Vec::new(),
-        }
-    }
-
-    fn new(
-        context: &Arc<Context>,
-        device: &DeviceScene,
-        light_map: &Image,
-        settings: &Settings,
-    ) -> Result<Self> {
-        Ok(match settings.method {
-            Method::Footprint => {
-                let sample = Sample::new(context, device)?;
-                let flat = device.flat_count > 0;
-                let narrow = (flat && !device.lights(true).is_empty())
-                    .then(|| Beams::new(context, device, &sample.patches, Area::True))
-                    .transpose()?;
-                let wide = (flat && (!device.lights(false).is_empty() || device.pairs.is_some()))
-                    .then(|| Wide::new(context, device, &sample.patches, light_map))
-                    .transpose()?;
-                let curved = (device.curved_count() > 0)
-                    .then(|| Splats::new(context, device, &sample.patches))
-                    .transpose()?;
-                Caustic::Footprint {
-                    sample,
-                    narrow,
-                    wide,
-                    curved,
-                }
-            }
-            Method::Pinhole => {
-                let sample = Sample::new(context, device)?;
-                let pinhole = Pinhole::new(context, device, &sample.patches, light_map, settings)?;
-                Caustic::Pinhole { sample, pinhole }
-            }
-            Method::Points => Caustic::Points(Points::new(context, device, settings.samples)?),
-            Method::Beams => {
-                let sample = Sample::new(context, device)?;
-                if let Some(tile) = device.curved_tiles().first() {
-                    return Err(Error::Usage {
-                        reason: format!(
-                            "the method beams lights rects only, and object `{}` is a mesh with a light map",
-                            device.scene.objects[tile.object].name
-                        ),
-                        remedy: "name another --method, or remove the object's `lightmap`".into(),
-                    });
-                }
-                let beams = Beams::new(context, device, &sample.patches, settings.area)?;
-                Caustic::Beams { sample, beams }
-            }
-        })
-    }
+    /// Stages that were replaced, which frames in flight may still use, and how many more frames they are kept.
+    retired: VecDeque<(u32, Caustic)>,
 }
 
 impl Renderer {
-    /// Uploads `scene` and compiles the passes of `settings.method`.
+    /// Allocates what `scene` takes and compiles the passes of `settings.method`. On the device of a host nothing is
+    /// submitted.
     ///
     /// # Errors
     /// [`Error::Usage`] where the scene has nothing to render, [`Error::Device`] where the device
     /// fails.
     pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
-        let device = DeviceScene::new(context, scene, settings)?;
-        let light_map = Image::new(context, "light map", device.atlas, 1, Sampling::Clamp)?;
-        let direct_map = Image::new(context, "direct map", device.atlas, 1, Sampling::Clamp)?;
-        let caustic = Caustic::new(context, &device, &light_map, settings)?;
+        let mut device = DeviceScene::new(context, scene, settings)?;
+        let mut map = |name| {
+            let image = Image::new(
+                context,
+                name,
+                device.receivers.image_size,
+                1,
+                Sampling::Clamp,
+            )?;
+            device.staging.prepare(&image);
+            Ok::<_, Error>(image)
+        };
+        let (light_map, direct_map) = (map("light map")?, map("direct map")?);
+        let caustic = stages::caustic(context, &device, &light_map, settings)?;
         let direct = Direct::new(context, &device, &direct_map)?;
-        let dilate = match device.curved_count() {
+        let dilate = match device.receivers.mesh_count() {
             0 => None,
             _ => Some([
                 Dilate::new(context, &device, &light_map)?,
                 Dilate::new(context, &device, &direct_map)?,
             ]),
         };
-        let recorder = Recorder::new(context)?;
+        let recorder = match context.is_of_host() {
+            true => Recorder::for_host(context),
+            false => Recorder::new(context)?,
+        };
         Ok(Self {
             context: context.clone(),
             settings: settings.clone(),
+            tiles: tiles(&device),
             scene: device,
             light_map,
             direct_map,
@@ -273,14 +150,65 @@ impl Renderer {
             dilate,
             shade: None,
             recorder,
+            retired: VecDeque::new(),
         })
     }
 
-    /// Moves what has moved in `scene` since the last frame, and waits for it. The next
-    /// [`Renderer::caustic`] or [`Renderer::view`] shows it. Only what changed is uploaded, and no
-    /// pipeline is made again but where more patches are lit than ever before.
+    /// Records a frame into a command buffer of the host: no submission, no waiting, no reading back. What changed in
+    /// the scene is copied first; a scene that stands still costs no copy.
     ///
-    /// Each triangle stays cut as it was when the renderer was made, so that nothing flickers; the
+    /// # Errors
+    /// As [`Renderer::update`], before anything is recorded, and [`Error::Host`] where the context is not that of a host
+    /// or the command buffer is null. [`Error::Device`] where the work is beyond the device's limits: the host must not
+    /// submit what was recorded.
+    ///
+    /// # Safety
+    /// `commands` is recording, outside of rendering, from a pool of the context's queue family; it is submitted
+    /// once, after those of earlier frames and to the same queue. At most
+    /// [`Settings::frames_in_flight`] frames are in flight: the frame so many before this one has been waited for.
+    pub unsafe fn record(
+        &mut self,
+        commands: vk::CommandBuffer,
+        frame: &Frame,
+    ) -> Result<Output<'_>> {
+        if !self.context.is_of_host() || commands == vk::CommandBuffer::null() {
+            return Err(Error::Host {
+                reason: "a frame cannot be recorded without a device and a command buffer of the host".into(),
+                remedy: "make the context with Context::from_raw, and pass a command buffer that is recording".into(),
+            });
+        }
+        self.update(frame.scene)?;
+        self.retire();
+        // SAFETY: the caller's promise.
+        unsafe { self.recorder.begin_host(commands) };
+        let recorded = self.record_caustic().and_then(|()| match frame.direct {
+            true => self.record_direct(true),
+            false => Ok(()),
+        });
+        self.recorder.end_host().and(recorded)?;
+        let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
+        Ok(Output {
+            light_map: map_image(&self.light_map),
+            direct_map: map_image(&self.direct_map),
+            last_stage,
+            last_access,
+            receivers: &self.tiles,
+        })
+    }
+
+    /// Drops what no frame in flight uses any more.
+    fn retire(&mut self) {
+        self.retired.iter_mut().for_each(|(frames, _)| *frames -= 1);
+        while self.retired.front().is_some_and(|(frames, _)| *frames == 0) {
+            self.retired.pop_front();
+        }
+    }
+
+    /// Takes over what has changed in `scene` since the last frame. The next [`Renderer::caustic`],
+    /// [`Renderer::view`] or [`Renderer::record`] shows it. Only what changed is copied, and no
+    /// pipeline is compiled again.
+    ///
+    /// Each triangle stays divided as it was when the renderer was made, so that nothing flickers; the
     /// number of patches follows how many of them are lit.
     ///
     /// # Errors
@@ -288,22 +216,17 @@ impl Renderer {
     /// light maps of other sizes, or too many patches; [`Error::Device`] where the device fails. What
     /// is shown before another update succeeds is then undefined.
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
-        let Self {
-            context,
-            settings,
-            scene: device,
-            light_map,
-            recorder,
-            ..
-        } = self;
-        let room = device.patch_room;
-        if device.update(context, recorder, scene)? {
-            self.caustic =
-                Caustic::new(context, device, light_map, settings).inspect_err(|_| {
-                    // The stages still have the old room, which these patches would not fit into.
-                    device.patch_room = room;
-                    (device.patch_count, device.reflector_count) = (0, 0);
-                })?;
+        let capacity = self.scene.casters.patch_capacity;
+        if self.scene.update(&self.context, scene)? {
+            let made = stages::caustic(&self.context, &self.scene, &self.light_map, &self.settings);
+            let stages = made.inspect_err(|_| {
+                // The stages still have the old room, which these patches would not fit into.
+                self.scene.casters.patch_capacity = capacity;
+                self.scene.casters.clear();
+            })?;
+            let replaced = std::mem::replace(&mut self.caustic, stages);
+            let frames = self.settings.frames_in_flight.max(1) + 1;
+            self.retired.push_back((frames, replaced));
         }
         Ok(())
     }
@@ -311,13 +234,14 @@ impl Renderer {
     /// What is left out and why, for the user.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if !self.scene.trace {
+        if !self.scene.geometry.can_occlude {
             let note =
                 "no rays are traced for the caustic: nothing in the scene can block its light";
             notes.push(note.into());
         }
-        let lights = matches!(self.settings.method, Method::Footprint | Method::Pinhole);
-        if self.scene.has_environment && !lights {
+        let environment_counts =
+            matches!(self.settings.method, Method::Footprint | Method::Pinhole);
+        if self.scene.environment.is_present && !environment_counts {
             let note = "the environment throws no caustic, and water lets none of it through: the \
                  methods footprint and pinhole do that";
             notes.push(note.into());
@@ -325,55 +249,41 @@ impl Renderer {
             let note = "no caustic: nothing in the scene reflects or refracts light";
             notes.push(note.into());
         }
-        notes.extend(
-            self.scene
-                .patch_note(self.settings.method, self.settings.samples),
-        );
-        notes.extend(diagnostics::sentences(
-            &self.scene,
-            &self.scene.lights_now(),
-            lights,
-        ));
+        notes.extend((self.scene.casters).note(self.settings.method, self.settings.samples));
+        notes.extend(diagnostics::sentences(&self.scene, environment_counts));
         notes
     }
 
-    /// Patches (or points) in use, those for the environment included.
+    /// Patches (or points) in use, clusters for the environment included.
     pub fn samples(&self) -> u32 {
+        let casters = &self.scene.casters;
         match &self.caustic {
-            Caustic::Points(points) if self.scene.reflector_count > 0 => points.count,
+            Caustic::Points(points) if casters.lit_count > 0 => points.count,
             Caustic::Points(_) => 0,
             _ => {
-                let merged = self
-                    .scene
-                    .pairs
-                    .as_ref()
-                    .map_or(0, |pairs| pairs.patch_count);
-                self.scene.patch_count + merged
+                let pairs = self.scene.environment.pairs.as_ref();
+                casters.patch_count + pairs.map_or(0, |pairs| pairs.patch_count)
             }
         }
     }
 
     /// Patches that threw light on a receiver in the last [`Renderer::caustic`], each counted once
-    /// a sun; `None` for other methods, under an environment, or where a receiver is a mesh.
+    /// a light; `None` for methods other than `footprint`, under an environment, or where a receiver is a mesh.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn lit_patches(&self) -> Result<Option<u32>> {
-        let Caustic::Footprint {
-            narrow,
-            wide,
-            curved: None,
-            ..
-        } = &self.caustic
-        else {
+        let Caustic::Splat { projectors, .. } = &self.caustic else {
             return Ok(None);
         };
-        if self.scene.pairs.is_some() {
+        let planar = |source| matches!(source, Source::Narrow | Source::Wide);
+        if self.settings.method != Method::Footprint
+            || !projectors.iter().all(|projector| planar(projector.source))
+        {
             return Ok(None);
         }
-        (narrow.iter().map(|beams| &beams.listed))
-            .chain(wide.iter().map(|wide| &wide.project.listed))
-            .map(|listed| Ok(listed.arguments.read::<u32>(7)?[6]))
+        (projectors.iter())
+            .map(|projector| Ok(projector.list.arguments.read::<u32>(7)?[6]))
             .sum::<Result<u32>>()
             .map(Some)
     }
@@ -398,253 +308,77 @@ impl Renderer {
         self.recorder.watch(watcher);
     }
 
+    fn record_caustic(&mut self) -> Result<()> {
+        frame::upload(&mut self.recorder, &mut self.scene)?;
+        let dilate = self.dilate.as_ref().map(|[of_caustic, _]| of_caustic);
+        frame::caustic(
+            &mut self.recorder,
+            &self.scene,
+            &self.caustic,
+            &self.light_map,
+            dilate,
+        )
+    }
+
+    fn record_direct(&mut self, with_lights: bool) -> Result<()> {
+        let dilate = self.dilate.as_ref().map(|[_, of_direct]| of_direct);
+        frame::direct_light(
+            &mut self.recorder,
+            &self.scene,
+            &self.direct,
+            with_lights,
+            dilate,
+        )
+    }
+
+    /// Begins a frame that is waited for.
+    fn begin(&mut self) -> Result<()> {
+        self.recorder.begin_frame()?;
+        self.retired.clear();
+        Ok(())
+    }
+
     /// Renders the caustic into the light maps and waits for it.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so.
+    /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so, [`Error::Host`] on the
+    /// device of a host.
     pub fn caustic(&mut self) -> Result<()> {
-        self.recorder.begin_frame();
+        self.begin()?;
         self.record_caustic()?;
         self.recorder.submit()
-    }
-
-    fn record_caustic(&mut self) -> Result<()> {
-        let Self {
-            scene,
-            light_map,
-            recorder,
-            ..
-        } = self;
-        let draws = match &self.caustic {
-            Caustic::Footprint {
-                narrow,
-                wide,
-                curved,
-                ..
-            } => {
-                let any = |classes: Vec<Class>| classes.iter().any(|class| class.pairs() > 0);
-                let sky = any(scene.sky_pairs().into_iter().collect());
-                narrow.is_some() && any(scene.lights(true))
-                    || wide.is_some() && (sky || any(scene.lights(false)))
-                    || curved.is_some() && (sky || any(vec![scene.all_lights()]))
-            }
-            _ if scene.reflector_count == 0 => false,
-            Caustic::Points(points) => points.count > 0,
-            Caustic::Beams { .. } => scene.all_lights().pairs() > 0,
-            Caustic::Pinhole { .. } => false,
-        };
-        recorder.pass("clear", |r| {
-            r.barrier(
-                Access::ANY_WRITE,
-                Access::TRANSFER_WRITE
-                    .and(Access::BLEND)
-                    .and(Access::COMPUTE),
-            );
-            for listed in self.caustic.lists() {
-                r.zero(&listed.arguments);
-                r.zero(&listed.coarse);
-            }
-            r.barrier(Access::TRANSFER_WRITE, Access::BLEND.and(Access::COMPUTE));
-        })?;
-        let bands = bands([light_map.width, light_map.height], BAND);
-        // The first batch that is drawn clears a small light map itself.
-        let mut clear = draws && bands.len() == 1;
-        if !clear {
-            record_clear(recorder, light_map, bands)?;
-        }
-        let gathers = matches!(self.caustic, Caustic::Pinhole { .. }) && scene.reflector_count > 0;
-        if !draws && !gathers {
-            return Ok(());
-        }
-        match &self.caustic {
-            Caustic::Footprint {
-                sample,
-                narrow,
-                wide,
-                curved,
-            } => {
-                record_sample(recorder, scene, sample)?;
-                if let Some(beams) = narrow {
-                    record_beams(recorder, scene, beams, light_map, &mut clear)?;
-                }
-                let sky = || scene.sky_pairs().map(|class| (class, true));
-                if let Some(Wide {
-                    project,
-                    images,
-                    splat,
-                    ..
-                }) = wide
-                {
-                    // Before footprints: their list also says which levels there are.
-                    for (images, class) in images.iter().zip(scene.sky_pairs()) {
-                        record_pairs(
-                            recorder,
-                            scene,
-                            ("light images", &images.listed, class),
-                            &mut clear,
-                            |r, batch| images.record_project(r, scene, batch),
-                            |r, clear| images.record_draw(r, light_map, clear),
-                        )?;
-                    }
-                    let suns = (scene.lights(false).into_iter()).map(|class| (class, false));
-                    for (class, is_sky) in suns.chain(sky()) {
-                        record_pairs(
-                            recorder,
-                            scene,
-                            (kernels(is_sky), &project.listed, class),
-                            &mut clear,
-                            |r, batch| project.record(r, scene, (batch, is_sky)),
-                            |r, clear| splat.record(r, &project.listed, light_map, clear),
-                        )?;
-                    }
-                }
-                if let Some(splats) = curved {
-                    for (class, is_sky) in std::iter::once((scene.all_lights(), false)).chain(sky())
-                    {
-                        record_pairs(
-                            recorder,
-                            scene,
-                            (kernels_on_meshes(is_sky), &splats.listed, class),
-                            &mut clear,
-                            |r, batch| splats.record_project(r, scene, (batch, is_sky)),
-                            |r, clear| splats.record_draw(r, light_map, clear),
-                        )?;
-                    }
-                }
-                if let Some(Wide {
-                    project, resolve, ..
-                }) = wide
-                {
-                    record_resolve(recorder, scene, resolve, &project.listed)?;
-                }
-            }
-            Caustic::Pinhole { sample, pinhole } => {
-                record_sample(recorder, scene, sample)?;
-                let batch = Pinhole::batch(scene);
-                let groups = scene.receiver_groups();
-                let total = groups * u64::from(scene.patch_count.div_ceil(batch));
-                let first = first_groups(Pinhole::rays(scene));
-                recorder.in_shares("gather", total, first, |r, done, most| {
-                    let first_patch = (done / groups) as u32 * batch;
-                    let patches = (first_patch, batch.min(scene.patch_count - first_patch));
-                    let (tile, part) = scene.receiver_part(done % groups, most);
-                    r.pass("gather", |r| {
-                        pinhole.record(r, scene, patches, (tile, part));
-                        r.barrier(Access::COMPUTE, Access::COMPUTE);
-                    })?;
-                    Ok(part.count())
-                })?;
-            }
-            Caustic::Points(points) => {
-                let total = points.count.into();
-                recorder.in_shares("points", total, FIRST_POINTS, |r, done, most| {
-                    let batch = (done as u32, most.min(points.batch.into()) as u32);
-                    r.pass("trace points", |r| {
-                        points.record_trace(r, scene, batch);
-                        r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
-                    })?;
-                    r.pass("splat points", |r| {
-                        points.record_draw(r, scene, batch, light_map, clear);
-                        r.barrier(
-                            Access::BLEND.and(Access::VERTEX_READ),
-                            Access::BLEND.and(Access::COMPUTE),
-                        );
-                    })?;
-                    clear = false;
-                    Ok(batch.1.into())
-                })?;
-            }
-            Caustic::Beams { sample, beams } => {
-                record_sample(recorder, scene, sample)?;
-                record_beams(recorder, scene, beams, light_map, &mut clear)?;
-            }
-        }
-        // Footprints fall on the texels around the charts by themselves.
-        if let Some([dilate, _]) =
-            (self.dilate.as_ref()).filter(|_| !matches!(self.caustic, Caustic::Footprint { .. }))
-        {
-            dilate.record(recorder, scene, Access::BLEND.and(Access::COMPUTE_WRITE))?;
-        }
-        Ok(())
-    }
-
-    /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
-    /// `side`² samples each, as linear radiance.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
-        if self
-            .shade
-            .as_ref()
-            .is_none_or(|s| [s.view.width, s.view.height] != size)
-        {
-            self.shade = Some(Shade::new(
-                &self.context,
-                &self.scene,
-                &self.light_map,
-                &self.direct_map,
-                size,
-            )?);
-        }
-        self.recorder.begin_frame();
-        self.record_caustic()?;
-        if self.scene.has_environment {
-            self.record_direct(false)?;
-        }
-        let Self {
-            scene,
-            recorder,
-            shade,
-            ..
-        } = self;
-        let shade = shade.as_ref().expect("made above");
-        let size = shade.size();
-        let first = first_groups(Shade::rays(scene, side));
-        recorder.in_shares("shade", group_count(size), first, |r, done, most| {
-            let part = Part::of(size, done, most);
-            r.pass("shade", |r| {
-                r.barrier(Access::BLEND.and(Access::COMPUTE_WRITE), Access::COMPUTE);
-                shade.record(r, scene, camera, side, part);
-            })?;
-            Ok(part.count())
-        })?;
-        recorder.submit()
-    }
-
-    fn record_direct(&mut self, with_suns: bool) -> Result<()> {
-        let Self {
-            scene,
-            direct,
-            dilate,
-            recorder,
-            ..
-        } = self;
-        let first = first_groups(Direct::rays(scene, with_suns));
-        recorder.in_shares("direct", scene.receiver_groups(), first, |r, done, most| {
-            let (tile, part) = scene.receiver_part(done, most);
-            r.pass("direct", |r| {
-                r.barrier(
-                    Access::ANY_WRITE.and(Access::COMPUTE_READ),
-                    Access::COMPUTE_WRITE,
-                );
-                direct.record(r, scene, (tile, part), with_suns);
-            })?;
-            Ok(part.count())
-        })?;
-        if let Some([_, dilate]) = dilate {
-            dilate.record(recorder, scene, Access::COMPUTE_WRITE)?;
-        }
-        Ok(())
     }
 
     /// Renders the direct light of all lights into the direct maps and waits for it.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device fails.
+    /// As [`Renderer::caustic`].
     pub fn direct(&mut self) -> Result<()> {
-        self.recorder.begin_frame();
+        self.begin()?;
+        frame::upload(&mut self.recorder, &mut self.scene)?;
         self.record_direct(true)?;
+        self.recorder.submit()
+    }
+
+    /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
+    /// `side`² samples each, as linear radiance. Waits for it.
+    ///
+    /// # Errors
+    /// As [`Renderer::caustic`].
+    pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
+        self.begin()?;
+        if self.shade.as_ref().is_none_or(|shade| shade.size() != size) {
+            let maps = [&self.light_map, &self.direct_map];
+            let shade = Shade::new(&self.context, &self.scene, maps, size)?;
+            self.scene.staging.prepare(&shade.view);
+            self.shade = Some(shade);
+        }
+        self.record_caustic()?;
+        if self.scene.environment.is_present {
+            self.record_direct(false)?;
+        }
+        let shade = self.shade.as_ref().expect("made above");
+        frame::view(&mut self.recorder, &self.scene, shade, camera, side)?;
         self.recorder.submit()
     }
 
@@ -678,17 +412,14 @@ impl Renderer {
 
     /// Texels of a mesh's light map outside of its charts are 0.
     fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
-        let tile = self
-            .scene
-            .tiles
-            .iter()
-            .find(|t| t.object == object)
+        let tile = (self.tiles.iter())
+            .find(|tile| tile.object == object)
             .ok_or_else(|| Error::Usage {
                 reason: format!("object {object} has no light map"),
                 remedy: "name a diffuse rect or mesh with the key lightmap".into(),
             })?;
         let mut image = read(map, tile.origin, tile.size)?;
-        if let Some(atlas) = &self.scene.atlases[object] {
+        if let Some(atlas) = &self.scene.receivers.atlases[object] {
             for (texel, pixel) in image.pixels.iter_mut().enumerate() {
                 if atlas.pieces(texel).is_empty() {
                     *pixel = [0.0; 3];
@@ -699,143 +430,40 @@ impl Renderer {
     }
 }
 
-/// Patches and points of a first submission, on a device of which nothing is known.
-const FIRST_PATCHES: u64 = 1 << 16;
-const FIRST_POINTS: u64 = 1 << 12;
-
-/// The patches of all reflectors.
-fn record_sample(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
-    let total = scene.patch_count.into();
-    recorder.in_shares("sample", total, FIRST_PATCHES, |r, done, most| {
-        let patches = most.min(crate::render::patches::sample::BATCH.into()) as u32;
-        r.pass("sample", |r| {
-            sample.record(r, scene, done as u32, patches);
-            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-        })?;
-        Ok(patches.into())
-    })
-}
-
-/// Texels of the light maps that are cleared by one submission: 40 ms on two CPU cores.
-const BAND: u32 = 1 << 22;
-
-/// Fills the light maps with zeros, each of `bands` in a submission of its own where there are several.
-fn record_clear(
-    recorder: &mut Recorder,
-    light_map: &Image,
-    bands: impl ExactSizeIterator<Item = Range<u32>>,
-) -> Result<()> {
-    let is_split = bands.len() > 1;
-    for rows in bands {
-        recorder.pass("clear", |r| {
-            r.clear(light_map, rows);
-            r.barrier(Access::BLEND, Access::BLEND.and(Access::COMPUTE));
-        })?;
-        if is_split {
-            recorder.submit()?;
-        }
+fn map_image(image: &Image) -> MapImage {
+    let (handle, view) = image.raw();
+    MapImage {
+        image: handle,
+        view,
+        layout: vk::ImageLayout::GENERAL,
+        size: [image.width, image.height],
     }
-    Ok(())
 }
 
-/// Adds the coarser levels to the finer ones, in steps of so many rows that each may be a submission of its own.
-fn record_resolve(
-    recorder: &mut Recorder,
-    scene: &DeviceScene,
-    resolve: &Resolve,
-    listed: &Listed,
-) -> Result<()> {
-    let [_, height] = scene.largest_light_map();
-    let is_split = height + 2 > listed.rows;
-    for level in (0..COARSEST).rev() {
-        // With one texel more all around than the level has.
-        let rows = ((height - 1) >> level) + 3;
-        for first_row in (0..rows).step_by(listed.rows as usize) {
-            recorder.pass("resolve", |r| resolve.record(r, listed, level, first_row))?;
-            if is_split {
-                recorder.submit()?;
+fn tiles(scene: &DeviceScene) -> Vec<ReceiverTile> {
+    let all = scene.receivers.image_size;
+    (scene.receivers.tiles.iter().enumerate())
+        .map(|(index, tile)| {
+            let (_, is_mesh) = scene.receivers.of_tile(index);
+            let [mut scale, mut offset] = [[0.0; 2]; 2];
+            for axis in 0..2 {
+                scale[axis] = tile.size[axis] as f32 / all[axis] as f32;
+                offset[axis] = tile.origin[axis] as f32 / all[axis] as f32;
             }
-        }
-    }
-    Ok(())
-}
-
-/// Names of the work on kernels: what a pair costs differs between suns and the sky.
-fn kernels(is_sky: bool) -> &'static str {
-    if is_sky {
-        "kernels of the sky"
-    } else {
-        "kernels"
-    }
-}
-
-fn kernels_on_meshes(is_sky: bool) -> &'static str {
-    if is_sky {
-        "kernels of the sky on meshes"
-    } else {
-        "kernels on meshes"
-    }
-}
-
-/// Patches as triangles.
-fn record_beams(
-    recorder: &mut Recorder,
-    scene: &DeviceScene,
-    beams: &Beams,
-    light_map: &Image,
-    clear: &mut bool,
-) -> Result<()> {
-    for class in scene.lights(true) {
-        record_pairs(
-            recorder,
-            scene,
-            ("triangles", &beams.listed, class),
-            clear,
-            |r, batch| beams.record_map(r, scene, batch),
-            |r, clear| beams.record_draw(r, light_map, clear),
-        )?;
-    }
-    Ok(())
-}
-
-/// What the pairs of a class throw, listed in their order and added to the light map, in as many batches as
-/// there is room and time for. Only the first batch of a frame has to `clear` the light map.
-fn record_pairs(
-    recorder: &mut Recorder,
-    scene: &DeviceScene,
-    (work, listed, class): (&'static str, &Listed, Class),
-    clear: &mut bool,
-    project: impl Fn(&mut Recorder, Batch),
-    splat: impl Fn(&mut Recorder, bool),
-) -> Result<()> {
-    let reads = Access::VERTEX_READ
-        .and(Access::INDEX_READ)
-        .and(Access::INDIRECT_READ);
-    recorder.in_shares(work, class.pairs(), scene.first_pairs(), |r, done, most| {
-        let batch = Batch {
-            class,
-            first_pair: done as u32,
-            pair_count: most.min(listed.batch.into()) as u32,
-        };
-        r.pass("project", |r| {
-            project(r, batch);
-            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-        })?;
-        r.pass("compact", |r| {
-            listed.record(r, batch.pair_count);
-            r.barrier(Access::COMPUTE_WRITE, reads);
-        })?;
-        r.pass("splat", |r| {
-            splat(r, *clear);
-            // The next batch overwrites what this one reads, and adds to its texels.
-            r.barrier(
-                Access::BLEND.and(reads).and(Access::FRAGMENT_READ),
-                Access::BLEND.and(Access::COMPUTE),
-            );
-        })?;
-        *clear = false;
-        Ok(batch.pair_count.into())
-    })
+            if is_mesh {
+                // Their v is from the bottom.
+                offset[1] += scale[1];
+                scale[1] = -scale[1];
+            }
+            ReceiverTile {
+                object: tile.object,
+                origin: tile.origin,
+                size: tile.size,
+                scale,
+                offset,
+            }
+        })
+        .collect()
 }
 
 fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {

@@ -76,7 +76,7 @@ pub struct Light {
     pub kind: LightKind,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum LightKind {
     /// A distant disc of constant radiance.
     Sun {
@@ -109,7 +109,7 @@ pub enum LightKind {
 
 /// Equirectangular radiance image, W/m²/sr, rows from the zenith down:
 /// u = atan2(d.x, −d.z)/2π mod 1, v = acos(d.y)/π from the top row.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EnvironmentMap {
     pub width: u32,
     pub height: u32,
@@ -124,7 +124,7 @@ pub struct Material {
     pub kind: MaterialKind,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum MaterialKind {
     /// Ideal specular reflection on the front face; the back face absorbs.
     Mirror {

@@ -4,10 +4,10 @@
 //! They tile the sky, so that what is even stays even, and are cut where that leaves the least light out of
 //! its place: along the edges of windows first.
 
-use crate::render::device_scene::mip_chain;
+use crate::render::environment::mips::mip_chain;
 use crate::render::gpu_types;
 use crate::scene::EnvironmentMap;
-use glam::{DMat2, DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -27,7 +27,7 @@ const WIDEST: f64 = 1.6;
 const SPREAD: f64 = 1.3;
 
 /// A part of the sky, before it is turned by the rotation of the environment.
-pub struct SkyCell {
+pub struct EnvironmentCell {
     /// Of its middle, rad.
     azimuth: f64,
     half_azimuth: f64,
@@ -38,7 +38,7 @@ pub struct SkyCell {
     irradiance: DVec3,
 }
 
-impl SkyCell {
+impl EnvironmentCell {
     /// The light that it is. `rotation` in rad.
     pub fn light(&self, scale: f32, rotation: f32) -> gpu_types::Light {
         self.spread_light(scale, rotation, SPREAD)
@@ -81,7 +81,7 @@ impl SkyCell {
 
 /// A rectangle of pixels of the image at which the sky is cut.
 #[derive(Debug, Clone, Copy)]
-pub struct Part {
+pub struct CellRect {
     left: usize,
     top: usize,
     right: usize,
@@ -94,38 +94,38 @@ pub struct Part {
     pub error: f64,
 }
 
-impl Part {
+impl CellRect {
     fn can_be_cut(&self) -> bool {
         self.error > 0.0 && (self.right - self.left > 1 || self.bottom - self.top > 1)
     }
 }
 
-impl PartialEq for Part {
+impl PartialEq for CellRect {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
-impl Eq for Part {}
-impl PartialOrd for Part {
+impl Eq for CellRect {}
+impl PartialOrd for CellRect {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Part {
+impl Ord for CellRect {
     /// Equal errors by place, so that divisions do not depend on chance.
     fn cmp(&self, other: &Self) -> Ordering {
-        let place = |part: &Part| (part.top, part.left);
+        let place = |part: &CellRect| (part.top, part.left);
         (self.error.total_cmp(&other.error)).then_with(|| place(other).cmp(&place(self)))
     }
 }
 
 /// Divisions of an environment.
-pub struct Division<'a> {
+pub struct Subdivision<'a> {
     map: Cow<'a, EnvironmentMap>,
     width: usize,
     height: usize,
     /// By count.
-    pub parts: Vec<Vec<Part>>,
+    pub parts: Vec<Vec<CellRect>>,
 }
 
 /// Sums over all pixels above and left of a corner: solid angle, flux, flux × radiance.
@@ -159,7 +159,7 @@ impl Sums {
         }
     }
 
-    fn part(&self, [left, top, right, bottom]: [usize; 4]) -> Part {
+    fn part(&self, [left, top, right, bottom]: [usize; 4]) -> CellRect {
         let at = |x: usize, y: usize| self.corners[y * (self.width + 1) + x];
         let [a, b, c, d] = [
             at(left, top),
@@ -175,7 +175,7 @@ impl Sums {
         // At least the sum of |radiance - mean| (Cauchy & Schwarz).
         let uneven = (square * solid_angle - flux * flux).max(0.0).sqrt();
         let too_wide = (across.max(up) / WIDEST).max(1.0).powi(4);
-        Part {
+        CellRect {
             left,
             top,
             right,
@@ -187,8 +187,8 @@ impl Sums {
     }
 
     /// The two parts of the least error.
-    fn cut(&self, part: &Part) -> [Part; 2] {
-        let &Part {
+    fn cut(&self, part: &CellRect) -> [CellRect; 2] {
+        let &CellRect {
             left,
             top,
             right,
@@ -201,7 +201,7 @@ impl Sums {
             .chain(level)
             .map(|halves| halves.map(|half| self.part(half)))
             .min_by(|a, b| {
-                let error = |[a, b]: &[Part; 2]| a.error + b.error;
+                let error = |[a, b]: &[CellRect; 2]| a.error + b.error;
                 error(a).total_cmp(&error(b))
             })
             .expect("more than one pixel")
@@ -209,7 +209,7 @@ impl Sums {
 }
 
 /// Divisions of `map` into `counts` parts, rising, or as many as there are pixels.
-pub fn divide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Division<'a> {
+pub fn subdivide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Subdivision<'a> {
     let map = enlarged(map);
     let (width, height, radiance) = (mip_chain(&map, 1.0).into_iter())
         .find(|(_, height, _)| *height <= ROWS)
@@ -230,13 +230,13 @@ pub fn divide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Division<'a> {
                     None => break,
                 }
             }
-            let mut parts: Vec<Part> = heap.iter().chain(&whole).copied().collect();
+            let mut parts: Vec<CellRect> = heap.iter().chain(&whole).copied().collect();
             parts.retain(|part| part.flux > 0.0);
             parts.sort_by_key(|part| (part.top, part.left));
             parts
         })
         .collect();
-    Division {
+    Subdivision {
         map,
         width: sums.width,
         height: sums.height,
@@ -244,9 +244,9 @@ pub fn divide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Division<'a> {
     }
 }
 
-impl Division<'_> {
+impl Subdivision<'_> {
     /// The rectangle with the mean and variance of the light in a part, which for an even part is the part.
-    pub fn cell(&self, part: &Part) -> SkyCell {
+    pub fn cell(&self, part: &CellRect) -> EnvironmentCell {
         let map = &*self.map;
         // Pixels of the image itself whose middles are within.
         let first = |edge: usize, coarse: usize, fine: u32| {
@@ -273,7 +273,7 @@ impl Division<'_> {
         }
         mean /= flux;
         let half = (3.0 * (square / flux - mean * mean)).max(DVec2::ZERO);
-        SkyCell {
+        EnvironmentCell {
             azimuth: mean.x,
             half_azimuth: half.x.sqrt(),
             sine: mean.y,
@@ -321,28 +321,10 @@ fn solid_angle(map: &EnvironmentMap, row: u32) -> f64 {
     (edge(row) - edge(row + 1)) * TAU / f64::from(map.width)
 }
 
-/// Two vectors along the principal axes whose outer products add up to the symmetric matrix `m`.
-pub fn root(m: DMat2) -> [DVec2; 2] {
-    let (xx, xy, yy) = (m.x_axis.x, m.x_axis.y, m.y_axis.y);
-    let (middle, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-    let apart = half.hypot(xy);
-    let angle = 0.5 * xy.atan2(half);
-    let axis = DVec2::from_angle(angle);
-    [
-        axis * (middle + apart).max(0.0).sqrt(),
-        axis.perp() * (middle - apart).max(0.0).sqrt(),
-    ]
-}
-
-/// The root of the covariance of the directions of a sun's disc: of radius a, a²/4 on each axis.
-pub fn disc_axes(direction: DVec3, angular_radius: f64) -> [Vec3; 2] {
-    let (a, b) = direction.any_orthonormal_pair();
-    [a, b].map(|axis| (0.5 * angular_radius * axis).as_vec3())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn map(height: u32, radiance: impl Fn(u32, u32) -> f32) -> EnvironmentMap {
         let width = 2 * height;
@@ -372,7 +354,7 @@ mod tests {
                 expected += pixels.sum::<DVec3>() * solid_angle(&map, y as u32);
             }
             assert!((expected.z / (4.0 * PI) - 1.0).abs() < 1e-12);
-            let division = divide(&map, &[2, 16, 300]);
+            let division = subdivide(&map, &[2, 16, 300]);
             for parts in &division.parts {
                 let cells = parts.iter().map(|part| division.cell(part));
                 let sum: DVec3 = cells.map(|cell| cell.irradiance).sum();
@@ -391,7 +373,7 @@ mod tests {
                 false => 1.0,
             }
         });
-        let division = divide(&map, &[24]);
+        let division = subdivide(&map, &[24]);
         let mut covered = 0.0;
         for part in &division.parts[0] {
             let inside =
@@ -421,7 +403,7 @@ mod tests {
             radiance: map.radiance.iter().map(|&[r, ..]| [r; 3]).collect(),
             ..map
         };
-        let division = divide(&disc, &[1]);
+        let division = subdivide(&disc, &[1]);
         let cell = division.cell(&division.parts[0][0]);
         let light = cell.sun(2.0, 0.3);
         let kernel = cell.light(2.0, 0.3);

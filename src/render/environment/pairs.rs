@@ -8,19 +8,19 @@
 //! sum is uneven where sizes change.
 
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context};
-use crate::render::Settings;
-use crate::render::device_scene::Sky;
-use crate::render::environment::cells::{Part, SkyCell, divide, flux};
-use crate::render::geometry::triangle_store::Soup;
-use crate::render::gpu_types::{Light, Patch};
-use crate::render::patches::clusters::{Merged, WAYS, Wanted};
+use crate::gpu::{Buffer, Context, Staging};
+use crate::render::environment::cells::{CellRect, EnvironmentCell, flux, subdivide};
+use crate::render::geometry::device::DeviceGeometry;
+use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::gpu_types::Light;
+use crate::render::lights::{EnvironmentLight, MOST_ENVIRONMENT_SUNS};
+use crate::render::patches::clusters::{CLUSTERINGS, PatchClusters, Selection};
+use crate::render::settings::Settings;
 use crate::scene::{Geometry, Object, Scene, memory};
 use glam::{DVec3, UVec2, Vec3};
 use std::sync::Arc;
 
-/// Cells that count as suns, at most, and what they have of all flux, at least.
-pub const MOST_SUNS: usize = 4;
+/// Of all flux, what a cell that counts as a sun has at least.
 const SUN_SHARE: f64 = 0.01;
 /// Patches of the coarsest division, and how many times as many the next one has.
 const FEWEST: usize = 16;
@@ -43,40 +43,23 @@ const LEAST_SHARE: f64 = 1.0 / 16.0;
 /// Bytes for a pair, at most, measured with a million and four million samples.
 const PAIR: u64 = 400;
 
-/// Lights that are imaged by the same patches.
-#[derive(Debug, Clone, Copy)]
-pub struct Class {
-    pub first_light: u32,
-    pub light_count: u32,
-    pub patch_count: u32,
-}
-
-impl Class {
-    /// Of a light and a patch.
-    pub fn pairs(&self) -> u64 {
-        u64::from(self.light_count) * u64::from(self.patch_count)
-    }
-}
-
 /// Light from everywhere, as footprints see it.
-pub struct Pairs {
+pub struct CellPatchPairs {
     pub lights: Buffer,
     pub patches: Buffer,
     pub patch_count: u32,
     /// Patch and light of each.
     pub pairs: Buffer,
     pub pair_count: u32,
-    /// What is bright and narrow as a sun is, at most [`MOST_SUNS`].
-    suns: Vec<SkyCell>,
-    cells: Vec<SkyCell>,
-    merged: Merged,
+    /// What is bright and narrow as a sun is, at most [`MOST_ENVIRONMENT_SUNS`].
+    suns: Vec<EnvironmentCell>,
+    cells: Vec<EnvironmentCell>,
+    merged: PatchClusters,
     /// The patches.
-    wanted: Wanted,
-    trace: bool,
-    settings: Settings,
+    wanted: Selection,
 }
 
-impl Pairs {
+impl CellPatchPairs {
     /// About as many pairs as the settings ask for, `sky_images` for every sample, times the sky's share of the light
     /// beside `suns`: it should be as exact as theirs.
     ///
@@ -84,19 +67,20 @@ impl Pairs {
     /// [`Error::Usage`] where there is no memory for so many, [`Error::Device`] where the device's does not suffice.
     pub fn new(
         context: &Arc<Context>,
+        staging: &mut Staging,
         scene: &Scene,
-        soup: &Soup,
-        sky: &Sky,
+        geometry: &DeviceGeometry,
+        sky: &EnvironmentLight,
         suns: &[Light],
-        trace: bool,
         settings: &Settings,
     ) -> Result<Self> {
-        let weight = match trace {
+        let store = &geometry.store;
+        let weight = match geometry.can_occlude {
             _ if lights_meshes(scene) => MESHES,
             true => BLOCKED,
             false => FREE,
         };
-        let share = share_of(sky, suns, scene, soup.origin).max(LEAST_SHARE);
+        let share = share_of(sky, suns, scene, store.origin).max(LEAST_SHARE);
         let budget =
             (f64::from(settings.samples) * f64::from(settings.sky_images) * share).ceil() as usize;
         let what = format!("{budget} images of parts of the sky");
@@ -121,13 +105,13 @@ impl Pairs {
             .chain([most_cells])
             .collect();
         let (sizes, variances): (Vec<usize>, Vec<f64>) = {
-            let merged = Merged::new(scene, soup, &counts, 1, distance);
+            let merged = PatchClusters::new(scene, store, &counts, 1, distance);
             let size = |division| merged.count([division, 0]);
-            let variances = merged.variances(soup, distance);
+            let variances = merged.variances(store, distance);
             ((0..counts.len()).map(size).collect(), variances)
         };
         let finest = (variances[variances.len() - 1] / (distance * distance)).min(SUN_WIDEST);
-        let division = divide(sky.map, &cell_counts);
+        let division = subdivide(sky.map, &cell_counts);
         let (suns, parts, chosen) = (division.parts.iter())
             .map(|parts| {
                 let (suns, parts) = part_suns(parts.clone(), finest);
@@ -136,13 +120,13 @@ impl Pairs {
             })
             .min_by(|(_, _, a), (_, _, b)| a.width.total_cmp(&b.width))
             .expect("there are counts");
-        let cells_of = |parts: &[Part]| -> Vec<SkyCell> {
+        let cells_of = |parts: &[CellRect]| -> Vec<EnvironmentCell> {
             (parts.iter()).map(|part| division.cell(part)).collect()
         };
         let (suns, cells) = (cells_of(&suns), cells_of(&parts));
         // The same divisions, as far as they are used, in many ways.
         let used = chosen.divisions.iter().max().map_or(0, |finest| finest + 1);
-        let merged = Merged::new(scene, soup, &counts[..used], WAYS, distance);
+        let merged = PatchClusters::new(scene, store, &counts[..used], CLUSTERINGS, distance);
         let mut kinds: Vec<[usize; 2]> = Vec::new();
         let mut pairs = Vec::new();
         let mut first_patch = 0;
@@ -150,10 +134,10 @@ impl Pairs {
             let members: Vec<usize> = (0..cells.len())
                 .filter(|&cell| chosen.divisions[cell] == division)
                 .collect();
-            for way in 0..WAYS.min(members.len()) {
+            for way in 0..CLUSTERINGS.min(members.len()) {
                 let patches = merged.count([division, way]) as u32;
                 // Cells side by side are imaged in different ways.
-                for &cell in members.iter().skip(way).step_by(WAYS) {
+                for &cell in members.iter().skip(way).step_by(CLUSTERINGS) {
                     let of_cell =
                         (0..patches).map(|patch| UVec2::new(first_patch + patch, cell as u32));
                     pairs.extend(of_cell);
@@ -163,56 +147,53 @@ impl Pairs {
             }
         }
         let lights = lights_of(&cells, sky);
-        let (wanted, patches) = merged.want(soup, kinds);
-        Ok(Self {
-            lights: Buffer::with_data(context, "sky cells", &lights)?,
-            patches: Buffer::with_data(context, "merged patches", &patches)?,
+        let (wanted, patches) = merged.want(store, kinds);
+        let buffer = |name, bytes: usize| Buffer::new(context, name, bytes as u64);
+        let new = Self {
+            lights: buffer("environment cells", size_of_val(&*lights))?,
+            patches: buffer("patch clusters", size_of_val(&*patches))?,
             patch_count: patches.len() as u32,
-            pairs: Buffer::with_data(context, "pairs", &pairs)?,
+            pairs: buffer("pairs", size_of_val(&*pairs))?,
             pair_count: pairs.len() as u32,
             suns,
             cells,
             merged,
             wanted,
-            trace,
-            settings: settings.clone(),
-        })
+        };
+        staging.write(&new.lights, 0, &lights)?;
+        staging.write(&new.patches, 0, &patches)?;
+        staging.write(&new.pairs, 0, &pairs)?;
+        Ok(new)
     }
 
-    /// As many for another sky.
+    /// Writes the cells for the present rotation and scale, and the clusters where a caster has moved.
     ///
     /// # Errors
-    /// As [`Pairs::new`].
-    pub fn for_sky(
+    /// [`Error::Device`] where the device fails.
+    pub fn update(
         &self,
-        context: &Arc<Context>,
-        scene: &Scene,
-        soup: &Soup,
-        sky: &Sky,
-        suns: &[Light],
-    ) -> Result<Self> {
-        Self::new(context, scene, soup, sky, suns, self.trace, &self.settings)
-    }
-
-    /// The cells as lights, for the present rotation and scale.
-    pub fn lights_of(&self, sky: &Sky) -> Vec<Light> {
-        lights_of(&self.cells, sky)
+        staging: &mut Staging,
+        store: &TriangleStore,
+        sky: &EnvironmentLight,
+        has_moved: bool,
+    ) -> Result<()> {
+        staging.write(&self.lights, 0, &lights_of(&self.cells, sky))?;
+        if has_moved {
+            let patches = self.merged.patches(store, &self.wanted);
+            staging.write(&self.patches, 0, &patches)?;
+        }
+        Ok(())
     }
 
     /// Those that are imaged by the suns' patches.
-    pub fn suns_of(&self, sky: &Sky) -> Vec<Light> {
+    pub fn suns_of(&self, sky: &EnvironmentLight) -> Vec<Light> {
         (self.suns.iter())
             .map(|sun| sun.sun(sky.scale, sky.rotation))
             .collect()
     }
-
-    /// The patches, for the present place of the mirrors.
-    pub fn patches_of(&self, soup: &Soup) -> Vec<Patch> {
-        self.merged.patches(soup, &self.wanted)
-    }
 }
 
-fn lights_of(cells: &[SkyCell], sky: &Sky) -> Vec<Light> {
+fn lights_of(cells: &[EnvironmentCell], sky: &EnvironmentLight) -> Vec<Light> {
     (cells.iter())
         .map(|cell| cell.light(sky.scale, sky.rotation))
         .collect()
@@ -246,7 +227,7 @@ fn distance(scene: &Scene) -> f64 {
 
 /// The share of the sky in the light that meets the mirrors, all channels together, wherever it comes from. Of a lamp it is
 /// that of the middle, or half a diagonal from it.
-fn share_of(sky: &Sky, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
+fn share_of(sky: &EnvironmentLight, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
     let middles: Vec<(Vec3, f32)> = (scene.specular_objects())
         .map(|(_, object)| {
             let (middle, radius) = sphere_around(object);
@@ -271,13 +252,13 @@ fn share_of(sky: &Sky, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
 
 /// Parts the suns from the rest: what is bright, and narrower than `variance` on both axes
 /// together, which is what the smallest merged patches blur.
-fn part_suns(mut parts: Vec<Part>, variance: f64) -> (Vec<Part>, Vec<Part>) {
+fn part_suns(mut parts: Vec<CellRect>, variance: f64) -> (Vec<CellRect>, Vec<CellRect>) {
     let total: f64 = parts.iter().map(|part| part.flux).sum();
     parts.sort_by(|a, b| b.flux.total_cmp(&a.flux));
     let (mut suns, mut others) = (Vec::new(), Vec::new());
     for part in parts {
         let is_sun = part.flux > SUN_SHARE * total && part.variance < variance;
-        if is_sun && suns.len() < MOST_SUNS {
+        if is_sun && suns.len() < MOST_ENVIRONMENT_SUNS {
             suns.push(part);
         } else {
             others.push(part);
@@ -296,14 +277,14 @@ struct Chosen {
 /// For every cell the division of the mirrors that keeps light in its place, in `budget` pairs.
 /// `sizes` and `variances` are the divisions' numbers of patches and their variances, m².
 fn choose(
-    parts: &[Part],
+    parts: &[CellRect],
     sizes: &[usize],
     variances: &[f64],
     distance: f64,
     weight: f64,
     budget: usize,
 ) -> Chosen {
-    let width = |part: &Part, division: usize| {
+    let width = |part: &CellRect, division: usize| {
         weight * distance * part.error + part.flux * variances[division].sqrt()
     };
     // The method of Lagrange's multipliers: what a pair may cost.

@@ -1,2 +1,6 @@
+//! geometry: the triangles of the scene in a bounding volume hierarchy.
+
 pub mod bvh;
+pub mod device;
+pub mod occlusion;
 pub mod triangle_store;

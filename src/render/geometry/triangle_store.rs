@@ -1,7 +1,7 @@
-//! The triangles of the scene as the device has them: in the order of the leaves of a bounding
-//! volume hierarchy, around an origin in the middle of the scene.
+//! All triangles of the scene as the device has them: in the order of the leaves of a bounding
+//! volume hierarchy, around an origin in the middle of the scene so that f32 resolves it wherever it lies.
 //!
-//! What moves is put into its place again, and the hierarchy fitted to it.
+//! The triangles of an object that moves are overwritten, and the hierarchy is refitted to them.
 
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
@@ -14,13 +14,13 @@ use std::ops::Range;
 /// What a link of the hierarchy can name.
 const MOST_TRIANGLES: usize = (1 << 28) - 1;
 
-pub struct Soup {
+pub struct TriangleStore {
     pub triangles: Vec<gpu_types::Triangle>,
     pub normals: Vec<gpu_types::Normals>,
     bvh: Bvh,
     /// Index into `triangles` of each triangle of the scene, object by object.
-    places: Vec<u32>,
-    /// Of each object's triangles in `places`.
+    indices: Vec<u32>,
+    /// Of each object's triangles in `indices`.
     ranges: Vec<Range<usize>>,
     /// Whether an object is a rect, of which each triangle has the other for a twin.
     flat: Vec<bool>,
@@ -28,7 +28,7 @@ pub struct Soup {
     pub origin: DVec3,
 }
 
-impl Soup {
+impl TriangleStore {
     /// `atlases` are those of the curved receivers, by object; `most_bytes` is what a buffer on the device
     /// holds.
     pub fn new(
@@ -74,32 +74,32 @@ impl Soup {
             }
             ranges.push(first..triangles.len());
         }
-        let mut soup = Self {
+        let mut store = Self {
             bvh: Bvh::new(&triangles),
             triangles,
             normals,
-            places: Vec::new(),
+            indices: Vec::new(),
             ranges,
             flat: (scene.objects.iter())
                 .map(|object| matches!(object.geometry, Geometry::Rect(_)))
                 .collect(),
             origin,
         };
-        soup.arrange();
-        Ok(soup)
+        store.arrange();
+        Ok(store)
     }
 
-    /// From the order of the scene to that of the hierarchy.
+    /// Reorders the triangles from the scene's order to that of the hierarchy.
     fn arrange(&mut self) {
         let order = &self.bvh.order;
         self.triangles = order.iter().map(|i| self.triangles[*i as usize]).collect();
         self.normals = order.iter().map(|i| self.normals[*i as usize]).collect();
-        self.places = vec![0; order.len()];
+        self.indices = vec![0; order.len()];
         for (place, index) in order.iter().enumerate() {
-            self.places[*index as usize] = place as u32;
+            self.indices[*index as usize] = place as u32;
         }
         for (range, flat) in self.ranges.iter().zip(&self.flat) {
-            let places = &self.places[range.clone()];
+            let places = &self.indices[range.clone()];
             for (index, &place) in places.iter().enumerate() {
                 let twin = if *flat { places[1 - index] } else { place };
                 self.triangles[place as usize].twin = twin;
@@ -116,20 +116,21 @@ impl Soup {
         .concat()
     }
 
-    /// Bytes that [`Soup::nodes`] can come to: a hierarchy has a node less than triangles.
+    /// Bytes that [`TriangleStore::nodes`] can come to: a hierarchy has a node less than triangles.
     pub fn most_node_bytes(&self) -> u64 {
         (size_of::<gpu_types::Grid>() + self.triangles.len() * size_of::<gpu_types::Node>()) as u64
     }
 
-    /// Indices into [`Soup::triangles`] of an object's triangles, in the order of its mesh.
-    pub fn places(&self, object: usize) -> &[u32] {
-        &self.places[self.ranges[object].clone()]
+    /// Indices into [`TriangleStore::triangles`] of an object's triangles, in the order of its mesh.
+    pub fn indices(&self, object: usize) -> &[u32] {
+        &self.indices[self.ranges[object].clone()]
     }
 
-    /// Moves an object to where `mesh`, of the same topology, is. Then [`Soup::settle`].
-    pub fn put(&mut self, object: usize, mesh: &Mesh) {
+    /// Overwrites an object's vertices with those of `mesh`, of the same topology. Call
+    /// [`TriangleStore::refit_or_rebuild`] afterwards.
+    pub fn set_mesh(&mut self, object: usize, mesh: &Mesh) {
         for (corners, place) in mesh.triangles.iter().zip(self.ranges[object].clone()) {
-            let place = self.places[place] as usize;
+            let place = self.indices[place] as usize;
             let gpu_types::Triangle {
                 object,
                 blocks,
@@ -152,19 +153,23 @@ impl Soup {
         }
     }
 
-    /// Fits the hierarchy to what was moved. Returns whether it was built anew, and everything has
-    /// another place.
-    pub fn settle(&mut self) -> bool {
+    /// Refits the hierarchy to the triangles that moved. Returns whether it was rebuilt instead, which gives all triangles
+    /// other indices.
+    pub fn refit_or_rebuild(&mut self) -> bool {
         if self.bvh.refit(&self.triangles) {
             return false;
         }
         let place = |i: &u32| *i as usize;
         self.triangles = self
-            .places
+            .indices
             .iter()
             .map(|i| self.triangles[place(i)])
             .collect();
-        self.normals = self.places.iter().map(|i| self.normals[place(i)]).collect();
+        self.normals = self
+            .indices
+            .iter()
+            .map(|i| self.normals[place(i)])
+            .collect();
         self.bvh = Bvh::new(&self.triangles);
         self.arrange();
         true
@@ -172,7 +177,7 @@ impl Soup {
 }
 
 /// Rays on the host, for messages; the device traces its own.
-impl Soup {
+impl TriangleStore {
     /// Whether anything that blocks light crosses the ray before `length`, m.
     pub fn is_blocked(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
         let mut farthest = length;
@@ -281,7 +286,7 @@ mod tests {
         let no_atlases: Vec<Option<Atlas>> = scene.objects.iter().map(|_| None).collect();
         let within = |triangles: usize| {
             let bytes = triangles * size_of::<gpu_types::Triangle>();
-            Soup::new(&scene, &meshes, &no_atlases, bytes as u64).map(|_| ())
+            TriangleStore::new(&scene, &meshes, &no_atlases, bytes as u64).map(|_| ())
         };
         let error = within(3).unwrap_err().to_string();
         assert!(
@@ -371,14 +376,14 @@ mod tests {
                     .map(|object| object.geometry.mesh())
                     .collect();
                 let start = std::time::Instant::now();
-                let soup = Soup::new(&scene, &meshes, &[None], u64::MAX).unwrap();
+                let store = TriangleStore::new(&scene, &meshes, &[None], u64::MAX).unwrap();
                 let built = start.elapsed();
                 let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
                 let peak = status
                     .lines()
                     .find(|line| line.starts_with("VmHWM"))
                     .unwrap_or("");
-                let triangles = soup.triangles.len();
+                let triangles = store.triangles.len();
                 println!(
                     "{name}, {triangles} triangles: load {loaded:.2?}, hierarchy {built:.2?}, {peak}"
                 );

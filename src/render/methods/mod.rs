@@ -1,2 +1,4 @@
+//! methods: what footprints are compared with.
+
 pub mod pinhole;
 pub mod points;

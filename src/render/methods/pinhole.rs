@@ -1,12 +1,12 @@
 //! pinhole: the paper's gather over all patches at every texel.
 
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, shaders};
-use crate::render::Settings;
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::dispatch::Part;
+use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::PinholePush;
-use crate::render::splat::kernel_profiles::{SPREAD, profiles};
+use crate::render::settings::Settings;
+use crate::render::splat::kernel_profiles::SPREAD;
 use std::sync::Arc;
 
 /// Patches that one dispatch gathers at most; a texel's sum is that of its batches.
@@ -20,10 +20,9 @@ const TAPS: u32 = 16;
 const TRAVERSAL: u32 = 64;
 
 pub struct Pinhole {
-    pipeline: Pipeline,
+    pipeline: BoundPipeline,
     epsilon: f32,
     spread: f32,
-    _profiles: Buffer,
 }
 
 impl Pinhole {
@@ -34,10 +33,8 @@ impl Pinhole {
         light_map: &Image,
         settings: &Settings,
     ) -> Result<Self> {
-        let profiles = Buffer::with_data(context, "profiles", &profiles())?;
         let own = [
             ("patches", Resource::Buffer(patches)),
-            ("profiles", Resource::Buffer(&profiles)),
             ("light_map", Resource::Image(light_map)),
         ];
         let pipeline = scene.compute(context, &shaders::PINHOLE_COMP, &own)?;
@@ -45,22 +42,29 @@ impl Pinhole {
             pipeline,
             epsilon: settings.epsilon,
             spread: if settings.filter { SPREAD } else { 0.0 },
-            _profiles: profiles,
         })
     }
 
     /// Patches that a dispatch gathers.
     pub fn batch(scene: &DeviceScene) -> u32 {
-        let taps = if scene.has_environment { TAPS } else { 0 };
-        let traversal = if scene.trace { TRAVERSAL } else { 0 };
-        let turns = 1 + scene.lobes * (scene.sun_count + taps + traversal);
+        let taps = if scene.environment.is_present {
+            TAPS
+        } else {
+            0
+        };
+        let traversal = if scene.geometry.can_occlude {
+            TRAVERSAL
+        } else {
+            0
+        };
+        let turns = 1 + scene.casters.lobes * (scene.lights.scene_count + taps + traversal);
         (MOST_TURNS / turns).clamp(1, BATCH)
     }
 
     /// Rays of a texel in a dispatch. One in many pairs of texel and patch traces its rays, to the light and
     /// to the receiver; each looks the light up.
     pub fn rays(scene: &DeviceScene) -> u64 {
-        (scene.lobes * Self::batch(scene)).into()
+        (scene.casters.lobes * Self::batch(scene)).into()
     }
 
     pub fn record(
@@ -68,20 +72,20 @@ impl Pinhole {
         recorder: &mut Recorder,
         scene: &DeviceScene,
         (first_patch, batch_patches): (u32, u32),
-        (tile, part): (usize, Part),
+        (tile, part): (usize, GroupRect),
     ) {
-        let (receiver, is_curved) = scene.receiver_of(tile);
+        let (receiver, is_curved) = scene.receivers.of_tile(tile);
         let push = PinholePush {
             first: part.first,
             receiver,
             first_patch,
             batch_patches,
-            sun_count: scene.sun_count,
+            sun_count: scene.lights.scene_count,
             epsilon: self.epsilon,
             spread: self.spread,
-            rotation: scene.rotation,
-            has_environment: u32::from(scene.has_environment),
-            trace: u32::from(scene.trace),
+            rotation: scene.environment.rotation,
+            has_environment: u32::from(scene.environment.is_present),
+            trace: u32::from(scene.geometry.can_occlude),
             is_curved: u32::from(is_curved),
         };
         recorder.dispatch(&self.pipeline, &push, part.threads());

@@ -2,7 +2,7 @@
 //! plain baseline.
 
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{DrawPush, PointSplat, PointsPush};
 use glam::Vec2;
@@ -12,8 +12,8 @@ use std::sync::Arc;
 const MOST_BYTES: u64 = 8 << 20;
 
 pub struct Points {
-    trace: Pipeline,
-    draw: Pipeline,
+    trace: BoundPipeline,
+    draw: BoundPipeline,
     /// Of each sun.
     points: u32,
     /// Of all suns.
@@ -27,18 +27,22 @@ pub struct Points {
 /// Texels that a point may light: one of each rect and, as the nearest one stops the light, one of all
 /// meshes, each way.
 fn targets(scene: &DeviceScene) -> u32 {
-    scene.lobes * (scene.flat_count + u32::from(scene.curved_count() > 0))
+    scene.casters.lobes
+        * (scene.receivers.planar_count + u32::from(scene.receivers.mesh_count() > 0))
 }
 
 impl Points {
     /// Points on `scene`'s mirrors, `samples` in all.
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, samples: u32) -> Result<Self> {
-        let points = samples.div_ceil(scene.sun_count.max(1));
-        let all = match points.checked_mul(scene.sun_count) {
+        let points = samples.div_ceil(scene.lights.scene_count.max(1));
+        let all = match points.checked_mul(scene.lights.scene_count) {
             Some(all) => all,
             None => {
                 return Err(Error::Usage {
-                    reason: format!("{points} points for each of {} suns", scene.sun_count),
+                    reason: format!(
+                        "{points} points for each of {} suns",
+                        scene.lights.scene_count
+                    ),
                     remedy: "ask for fewer samples".into(),
                 });
             }
@@ -48,7 +52,7 @@ impl Points {
         let splats = Buffer::new(context, "point splats", u64::from(batch.min(all)) * bytes)?;
         let own = [("splats", Resource::Buffer(&splats))];
         let trace = scene.compute(context, &shaders::POINTS_COMP, &own)?;
-        let draw = Pipeline::graphics(
+        let draw = BoundPipeline::graphics(
             context,
             &shaders::POINTS_VERT,
             &shaders::POINTS_FRAG,
@@ -71,12 +75,12 @@ impl Points {
             first_point,
             batch_points,
             points: self.points,
-            reflector_count: scene.reflector_count,
-            receiver_count: scene.flat_count,
-            curved_count: scene.curved_count(),
-            lobes: scene.lobes,
-            trace: u32::from(scene.trace),
-            area: scene.reflector_area,
+            reflector_count: scene.casters.lit_count,
+            receiver_count: scene.receivers.planar_count,
+            curved_count: scene.receivers.mesh_count(),
+            lobes: scene.casters.lobes,
+            trace: u32::from(scene.geometry.can_occlude),
+            area: scene.casters.area,
         };
         recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);
     }

@@ -5,11 +5,10 @@
 //!
 //! How pieces are merged is settled once; where they are, and how they bend the light, every frame.
 
-use crate::render::environment::cells::root;
-use crate::render::geometry::triangle_store::Soup;
+use crate::math::covariance_root;
+use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{Normals, Patch, Triangle};
 use crate::render::patches::kd_tree::{Cells, Moments, Point, split};
-use crate::render::patches::tessellation::area;
 use crate::scene::Scene;
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3, EulerRot};
 use rayon::prelude::*;
@@ -17,7 +16,7 @@ use std::cmp::Reverse;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Pieces for every patch of the finest division. With 4 the cuts of the ways are rough: the ring of [`WAYS`] has
+/// Pieces for every patch of the finest division. With 4 the cuts of the ways are rough: the ring of [`CLUSTERINGS`] has
 /// 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
 const PIECES: f64 = 16.0;
 /// The midpoints of a triangle's sides, in its edges from the first corner: for what is linear over
@@ -27,7 +26,7 @@ const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 /// In how many ways the pieces are merged. Under the dim light of `studio.hdr`, L1 of the ring at 128² was
 /// 8.0, 4.6 and 3.1 % with 4 k, 16 k and 64 k samples for one, 6.6 and 4.2 % (4 k, 16 k) for 4, 6.0, 4.0 and 2.6 %
 /// for 16, and no better for 32.
-pub const WAYS: usize = 16;
+pub const CLUSTERINGS: usize = 16;
 
 /// A part of a triangle.
 struct Piece {
@@ -41,20 +40,26 @@ struct Piece {
 }
 
 /// Divisions of all specular surfaces into patches, each finer than the one before.
-pub struct Merged {
+pub struct PatchClusters {
     pieces: Vec<Piece>,
     /// By way.
     cells: Vec<Cells>,
 }
 
-impl Merged {
+impl PatchClusters {
     /// Divides the surfaces into `counts` patches, rising, in so many `ways`, where light runs on for about
     /// `distance`, m.
-    pub fn new(scene: &Scene, soup: &Soup, counts: &[usize], ways: usize, distance: f64) -> Self {
+    pub fn new(
+        scene: &Scene,
+        store: &TriangleStore,
+        counts: &[usize],
+        ways: usize,
+        distance: f64,
+    ) -> Self {
         let objects = || scene.specular_objects().map(|(index, _)| index);
-        let area = |place: u32| f64::from(area(&soup.triangles[place as usize]));
+        let area = |place: u32| f64::from(store.triangles[place as usize].area());
         let total: f64 = objects()
-            .flat_map(|object| soup.places(object))
+            .flat_map(|object| store.indices(object))
             .map(|&place| area(place))
             .sum();
         let finest = counts.last().map_or(0.0, |&count| PIECES * count as f64);
@@ -62,14 +67,14 @@ impl Merged {
         let mut roots = Vec::new();
         for object in objects() {
             let first = pieces.len();
-            for (index, &place) in soup.places(object).iter().enumerate() {
+            for (index, &place) in store.indices(object).iter().enumerate() {
                 let share = area(place) / total;
                 let n = (finest * share).sqrt().ceil().max(1.0) as u32;
                 cut(object as u32, index as u32, n, &mut pieces);
             }
             roots.push(first..pieces.len());
         }
-        let sums = sums_of_pieces(&pieces, soup);
+        let sums = sums_of_pieces(&pieces, store);
         let cells = (0..ways)
             .into_par_iter()
             .map(|way| split(&points(&sums, way, distance), &roots, counts))
@@ -78,8 +83,8 @@ impl Merged {
     }
 
     /// By division, m²: mean variance of where the light of a patch's points ends up.
-    pub fn variances(&self, soup: &Soup, distance: f64) -> Vec<f64> {
-        let sums = sums_of_pieces(&self.pieces, soup);
+    pub fn variances(&self, store: &TriangleStore, distance: f64) -> Vec<f64> {
+        let sums = sums_of_pieces(&self.pieces, store);
         let total: f64 = sums.iter().map(|sums| sums.area).sum();
         let points = points(&sums, 0, distance);
         let cells = &self.cells[0];
@@ -98,8 +103,8 @@ impl Merged {
 
     /// Settles which patches are wanted: those of some divisions and ways, one after the other.
     /// With these patches.
-    pub fn want(&self, soup: &Soup, kinds: Vec<[usize; 2]>) -> (Wanted, Vec<Patch>) {
-        let sums = sums_of_pieces(&self.pieces, soup);
+    pub fn want(&self, store: &TriangleStore, kinds: Vec<[usize; 2]>) -> (Selection, Vec<Patch>) {
+        let sums = sums_of_pieces(&self.pieces, store);
         let all = self.sums_of(&sums, &kinds);
         let middle = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
             let middle = all.x / all.area;
@@ -116,22 +121,27 @@ impl Merged {
                     .collect()
             })
             .collect();
-        let wanted = Wanted { kinds, middles };
-        let patches = self.patches_from(&all, soup, &wanted);
+        let wanted = Selection { kinds, middles };
+        let patches = self.patches_from(&all, store, &wanted);
         (wanted, patches)
     }
 
     /// Those, as the surfaces are now.
-    pub fn patches(&self, soup: &Soup, wanted: &Wanted) -> Vec<Patch> {
-        let all = self.sums_of(&sums_of_pieces(&self.pieces, soup), &wanted.kinds);
-        self.patches_from(&all, soup, wanted)
+    pub fn patches(&self, store: &TriangleStore, wanted: &Selection) -> Vec<Patch> {
+        let all = self.sums_of(&sums_of_pieces(&self.pieces, store), &wanted.kinds);
+        self.patches_from(&all, store, wanted)
     }
 
-    fn patches_from(&self, all: &[Vec<Sums>], soup: &Soup, wanted: &Wanted) -> Vec<Patch> {
+    fn patches_from(
+        &self,
+        all: &[Vec<Sums>],
+        store: &TriangleStore,
+        wanted: &Selection,
+    ) -> Vec<Patch> {
         let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&wanted.middles))
             .map(|(all, middles)| {
                 (all.iter().zip(middles))
-                    .map(|(all, &middle)| all.patch(&self.pieces[middle as usize], soup))
+                    .map(|(all, &middle)| all.patch(&self.pieces[middle as usize], store))
                     .collect()
             })
             .collect();
@@ -175,12 +185,12 @@ impl Merged {
     }
 }
 
-fn sums_of_pieces(pieces: &[Piece], soup: &Soup) -> Vec<Sums> {
-    pieces.par_iter().map(|piece| piece.sums(soup)).collect()
+fn sums_of_pieces(pieces: &[Piece], store: &TriangleStore) -> Vec<Sums> {
+    pieces.par_iter().map(|piece| piece.sums(store)).collect()
 }
 
 /// Patches that are wanted.
-pub struct Wanted {
+pub struct Selection {
     /// Division and way.
     kinds: Vec<[usize; 2]>,
     /// By kind and cell, the piece in its middle, where rays start.
@@ -252,14 +262,14 @@ fn cut(object: u32, index: u32, n: u32, pieces: &mut Vec<Piece>) {
 }
 
 impl Piece {
-    fn triangle<'a>(&self, soup: &'a Soup) -> (u32, &'a Triangle, &'a Normals) {
-        let place = soup.places(self.object as usize)[self.index as usize];
+    fn triangle<'a>(&self, store: &'a TriangleStore) -> (u32, &'a Triangle, &'a Normals) {
+        let place = store.indices(self.object as usize)[self.index as usize];
         let index = place as usize;
-        (place, &soup.triangles[index], &soup.normals[index])
+        (place, &store.triangles[index], &store.normals[index])
     }
 
-    fn sums(&self, soup: &Soup) -> Sums {
-        let (_, triangle, normals) = self.triangle(soup);
+    fn sums(&self, store: &TriangleStore) -> Sums {
+        let (_, triangle, normals) = self.triangle(store);
         let [corner, edge1, edge2] =
             [triangle.position, triangle.edge1, triangle.edge2].map(|v| v.as_dvec3());
         let [n0, n1, n2] = [normals.n0, normals.n1, normals.n2].map(|n| n.as_dvec3());
@@ -326,8 +336,8 @@ impl Sums {
 
     /// The triangle with the same mean and covariance of x, and the normals that are linear in x and
     /// differ least from the surface's. As much light falls on it as its vector area says.
-    fn patch(&self, nearest: &Piece, soup: &Soup) -> Patch {
-        let (place, triangle, _) = nearest.triangle(soup);
+    fn patch(&self, nearest: &Piece, store: &TriangleStore) -> Patch {
+        let (place, triangle, _) = nearest.triangle(store);
         let x = self.x / self.area;
         let n = self.n / self.area;
         let facing = self.vector_area.try_normalize().unwrap_or(DVec3::Y);
@@ -342,7 +352,7 @@ impl Sums {
             DVec2::new(entry(across[0], across[0]), entry(across[0], across[1])),
             DVec2::new(entry(across[0], across[1]), entry(across[1], across[1])),
         );
-        let axes = root(flat);
+        let axes = covariance_root(flat);
         let least = 1e-6 * axes[0].length();
         let mut sides = [DVec3::ZERO; 2];
         let mut bends = [DVec3::ZERO; 2];

@@ -1,3 +1,6 @@
+//! patches: the casters' triangles divided into the paper's sample points.
+
+pub mod casters;
 pub mod clusters;
 pub mod kd_tree;
 pub mod sample;

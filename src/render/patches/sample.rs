@@ -1,7 +1,7 @@
 //! sample: cuts the mirrors' triangles into patches, the paper's sample points.
 
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Pipeline, Recorder, Resource, shaders};
+use crate::gpu::{BoundPipeline, Buffer, Context, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{Patch, SamplePush};
 use std::sync::Arc;
@@ -10,13 +10,13 @@ use std::sync::Arc;
 pub const BATCH: u32 = 65_535 * 64;
 
 pub struct Sample {
-    pipeline: Pipeline,
+    pipeline: BoundPipeline,
     pub patches: Buffer,
 }
 
 impl Sample {
     pub fn new(context: &Arc<Context>, scene: &DeviceScene) -> Result<Self> {
-        let bytes = u64::from(scene.patch_room) * size_of::<Patch>() as u64;
+        let bytes = u64::from(scene.casters.patch_capacity) * size_of::<Patch>() as u64;
         let patches = Buffer::new(context, "patches", bytes)?;
         let own = [("patches", Resource::Buffer(&patches))];
         let pipeline = scene.compute(context, &shaders::SAMPLE_COMP, &own)?;
@@ -33,8 +33,8 @@ impl Sample {
     ) {
         let push = SamplePush {
             first_patch,
-            patch_count: scene.patch_count,
-            reflector_count: scene.reflector_count,
+            patch_count: scene.casters.patch_count,
+            reflector_count: scene.casters.lit_count,
         };
         recorder.dispatch(&self.pipeline, &push, [patches, 1, 1]);
     }
@@ -44,8 +44,8 @@ impl Sample {
 mod tests {
     use super::*;
     use crate::gpu::ContextOptions;
-    use crate::render::Settings;
     use crate::render::gpu_types::Triangle;
+    use crate::render::settings::Settings;
     use std::path::Path;
 
     /// The patches of a finely cut triangle are its n² cells, each once.
@@ -59,14 +59,15 @@ mod tests {
             samples: 2 * N * N,
             ..Settings::default()
         };
-        let device = DeviceScene::new(&context, &scene, &settings).unwrap();
-        assert_eq!(device.patch_count, 2 * N * N);
+        let mut device = DeviceScene::new(&context, &scene, &settings).unwrap();
+        assert_eq!(device.casters.patch_count, 2 * N * N);
         let sample = Sample::new(&context, &device).unwrap();
         let mut recorder = Recorder::new(&context).unwrap();
-        sample.record(&mut recorder, &device, 0, device.patch_count);
+        crate::render::frame::upload(&mut recorder, &mut device).unwrap();
+        sample.record(&mut recorder, &device, 0, device.casters.patch_count);
         recorder.submit().unwrap();
 
-        let triangles = device.triangles.read::<Triangle>(4).unwrap();
+        let triangles = device.geometry.triangles.read::<Triangle>(4).unwrap();
         let patches = sample.patches.read::<Patch>(2 * (N * N) as usize).unwrap();
         let n = N as usize;
         for patches in patches.chunks(n * n) {

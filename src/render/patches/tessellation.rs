@@ -4,7 +4,7 @@
 //! flicker when it moves.
 
 use crate::error::{Error, Result};
-use crate::render::geometry::triangle_store::Soup;
+use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types;
 use crate::scene::{MaterialKind, Scene};
 use glam::Vec3;
@@ -13,8 +13,8 @@ use glam::Vec3;
 pub const MOST_PAIRS: u64 = 1 << 31;
 
 /// All specular triangles, object by object in the order of the meshes.
-pub struct Specular {
-    triangles: Vec<Cut>,
+pub struct Tessellation {
+    triangles: Vec<CasterTriangle>,
     samples: u32,
 }
 
@@ -26,7 +26,7 @@ pub struct Lit {
     pub area: f64,
 }
 
-struct Cut {
+struct CasterTriangle {
     object: u32,
     /// Of its object's.
     index: u32,
@@ -36,7 +36,7 @@ struct Cut {
     always: bool,
 }
 
-impl Specular {
+impl Tessellation {
     /// Cuts the triangles so that those that are lit now make about `samples` patches, one a
     /// triangle at least.
     ///
@@ -45,7 +45,7 @@ impl Specular {
     /// is cut more finely. `all_lit`: light comes from everywhere.
     pub fn new(
         scene: &Scene,
-        soup: &Soup,
+        store: &TriangleStore,
         suns: &[gpu_types::Light],
         all_lit: bool,
         samples: u32,
@@ -59,15 +59,15 @@ impl Specular {
         for (index, object) in scene.specular_objects() {
             let material = &scene.materials[object.material].kind;
             let always = all_lit || matches!(material, MaterialKind::Dielectric { .. });
-            for (number, &place) in soup.places(index).iter().enumerate() {
-                let area = f64::from(area(&soup.triangles[place as usize]));
+            for (number, &place) in store.indices(index).iter().enumerate() {
+                let area = f64::from(store.triangles[place as usize].area());
                 let sums = [&mut all[index], &mut lit[index]];
-                let counts = [true, always || faces_any(soup, place, suns)];
+                let counts = [true, always || faces_any(store, place, suns)];
                 for (sum, _) in sums.into_iter().zip(counts).filter(|(_, counts)| *counts) {
                     *sum = (sum.0 + area, sum.1 + 1.0);
                 }
                 areas.push(area);
-                triangles.push(Cut {
+                triangles.push(CasterTriangle {
                     object: index as u32,
                     index: number as u32,
                     subdivision: 1,
@@ -101,14 +101,14 @@ impl Specular {
     ///
     /// # Errors
     /// [`Error::Usage`] where there are more pairs of patch and sun than 32 bits count.
-    pub fn lit(&self, soup: &Soup, suns: &[gpu_types::Light]) -> Result<Lit> {
+    pub fn lit(&self, store: &TriangleStore, suns: &[gpu_types::Light]) -> Result<Lit> {
         let (mut patch_count, mut sum) = (0u64, 0.0);
         let mut areas = Vec::with_capacity(self.triangles.len());
         let mut reflectors = Vec::with_capacity(self.triangles.len());
         for cut in &self.triangles {
-            let triangle = soup.places(cut.object as usize)[cut.index as usize];
-            let area = area(&soup.triangles[triangle as usize]);
-            if area == 0.0 || !(cut.always || faces_any(soup, triangle, suns)) {
+            let triangle = store.indices(cut.object as usize)[cut.index as usize];
+            let area = store.triangles[triangle as usize].area();
+            if area == 0.0 || !(cut.always || faces_any(store, triangle, suns)) {
                 continue;
             }
             sum += f64::from(area);
@@ -142,33 +142,23 @@ impl Specular {
         })
     }
 
-    /// Triangles that there are, lit or not.
-    pub fn count(&self) -> usize {
-        self.triangles.len()
-    }
-
     /// Patches of all triangles, lit or not.
     pub fn all_patches(&self) -> u64 {
-        self.triangles.iter().map(Cut::patches).sum()
+        self.triangles.iter().map(CasterTriangle::patches).sum()
     }
 }
 
-impl Cut {
+impl CasterTriangle {
     fn patches(&self) -> u64 {
         u64::from(self.subdivision) * u64::from(self.subdivision)
     }
 }
 
-/// m²
-pub fn area(triangle: &gpu_types::Triangle) -> f32 {
-    0.5 * triangle.edge1.cross(triangle.edge2).length()
-}
-
 /// Whether any part of any sun's disc may shine on the front of the triangle at this place.
-fn faces_any(soup: &Soup, place: u32, suns: &[gpu_types::Light]) -> bool {
+fn faces_any(store: &TriangleStore, place: u32, suns: &[gpu_types::Light]) -> bool {
     let (triangle, normals) = (
-        &soup.triangles[place as usize],
-        &soup.normals[place as usize],
+        &store.triangles[place as usize],
+        &store.normals[place as usize],
     );
     suns.iter().any(|sun| faces(triangle, normals, sun))
 }

@@ -1,12 +1,12 @@
-//! surface: the curved receivers as the shaders see them: what lies in each texel of their light maps,
+//! the mesh receivers as the shaders see them: what lies in each texel of their light maps,
 //! where rays start, and the quadtree in which light finds the texels that it falls on.
 
 use crate::error::{Error, Result};
-use crate::render::device_scene::Tile;
-use crate::render::geometry::triangle_store::{Soup, packed};
+use crate::render::geometry::triangle_store::{TriangleStore, packed};
 use crate::render::gpu_types::{
     AtlasNode, AtlasSamples, AtlasTexel, Curved, LEAF, NO_TEXEL, NO_TRIANGLE,
 };
+use crate::render::receivers::light_maps::Tile;
 use crate::scene::{Atlas, Mesh, NoLayout, Scene};
 use glam::{DMat3, DVec2, DVec3, UVec4};
 use std::f64::consts::FRAC_PI_2;
@@ -14,16 +14,16 @@ use std::f64::consts::FRAC_PI_2;
 /// Texels and nodes that 32 bits count with room to spare.
 const MOST_TEXELS: usize = 1 << 28;
 
-/// Of all curved receivers, in the order of their tiles.
+/// Of all mesh receivers, in the order of their tiles.
 #[derive(Default)]
 pub struct Surfaces {
-    pub curved: Vec<Curved>,
+    pub receivers: Vec<Curved>,
     pub texels: Vec<AtlasTexel>,
     pub samples: Vec<AtlasSamples>,
     pub nodes: Vec<AtlasNode>,
 }
 
-/// The layouts of the curved receivers by object.
+/// The layouts of the mesh receivers by object.
 ///
 /// # Errors
 /// [`Error::Usage`] where a mesh cannot be laid out.
@@ -42,15 +42,14 @@ pub fn surfaces(
     scene: &Scene,
     tiles: &[Tile],
     atlases: &[Option<Atlas>],
-    soup: &Soup,
+    store: &TriangleStore,
 ) -> Result<Surfaces> {
     let mut all = Surfaces::default();
     for ((object, mesh, size), tile) in scene.curved_receivers().zip(tiles) {
         let atlas = atlases[object].as_ref().expect("laid out");
-        let surface = Surface::new(atlas, mesh, soup.origin);
-        let sides = size.map(|side| side.div_ceil(LEAF));
-        let levels = sides[0].max(sides[1]).next_power_of_two().ilog2();
-        all.curved.push(Curved {
+        let surface = Surface::new(atlas, mesh, store.origin);
+        let levels = levels(size);
+        all.receivers.push(Curved {
             tile_x: tile.origin[0],
             tile_y: tile.origin[1],
             width: size[0],
@@ -62,7 +61,7 @@ pub fn surfaces(
         });
         all.nodes.extend(surface.nodes(levels));
         all.texels.extend(surface.texels);
-        all.samples.extend(samples(atlas, soup.places(object)));
+        all.samples.extend(samples(atlas, store.indices(object)));
         if all.texels.len() > MOST_TEXELS {
             return Err(Error::Usage {
                 reason: format!("the light maps of meshes have more than {MOST_TEXELS} texels"),
@@ -71,6 +70,17 @@ pub fn surfaces(
         }
     }
     Ok(all)
+}
+
+/// Levels of the quadtree over the leaves.
+fn levels(size: [u32; 2]) -> u32 {
+    let sides = size.map(|side| side.div_ceil(LEAF));
+    sides[0].max(sides[1]).next_power_of_two().ilog2()
+}
+
+/// Nodes of the quadtree of a light map.
+pub fn node_count(size: [u32; 2]) -> u64 {
+    (0..=levels(size)).map(|level| 1 << (2 * level)).sum()
 }
 
 /// Points on the triangles in the quarters of every texel.

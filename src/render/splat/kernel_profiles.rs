@@ -17,7 +17,7 @@ pub const FLAT_SPREAD: f32 = 12.0 * 0.65 * 0.65;
 
 /// The same for patches merged from many triangles, which are no honeycomb. The light's own width
 /// evens their sum, too: 1.8 to 2.65 gave the same L1 on the ring under two windows, 5.3 to 5.5 %.
-pub const MERGED_SPREAD: f32 = 1.8;
+pub const CLUSTER_SPREAD: f32 = 1.8;
 
 /// The same for the edges of the sky's images, which blur less: 1.0, 1.4, 1.8 gave an L1 of 5.7, 4.8, 5.2 % on
 /// `table`.

@@ -1,39 +1,82 @@
 //! resolve: the coarser levels of the light maps are added to the finer ones, one after the other.
 
 use crate::error::Result;
-use crate::gpu::{Access, Context, Image, Pipeline, Recorder, Resource, shaders};
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::ResolvePush;
-use crate::render::splat::list::Listed;
+use crate::render::gpu_types::{LevelsPush, ResolvePush};
+use crate::render::receivers::light_maps::COARSEST;
 use std::sync::Arc;
 
+/// Texels of a step of resolve: 40 ms on two CPU cores.
+const STEP_TEXELS: u32 = 1 << 19;
+
+/// Which levels are in use.
+pub struct Levels {
+    /// By planar receiver, bit l is set where its light map has footprints in level l.
+    pub coarse: Buffer,
+    /// Rows of a step of resolve, at most.
+    pub rows: u32,
+}
+
+impl Levels {
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn new(context: &Arc<Context>, scene: &DeviceScene) -> Result<Self> {
+        let receivers = &scene.receivers;
+        let bytes = 4 * u64::from(receivers.planar_count);
+        Ok(Self {
+            coarse: Buffer::new(context, "coarse levels", bytes)?,
+            rows: (STEP_TEXELS / receivers.largest_light_map()[0]).max(1),
+        })
+    }
+}
+
 pub struct Resolve {
-    pipeline: Pipeline,
+    find_levels: BoundPipeline,
+    resolve: BoundPipeline,
+    pub levels: Levels,
+    /// A `VkDispatchIndirectCommand` for every step, by the level that is added to.
+    steps: Buffer,
 }
 
 impl Resolve {
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
     pub fn new(
         context: &Arc<Context>,
         scene: &DeviceScene,
-        listed: &Listed,
+        levels: Levels,
         light_map: &Image,
     ) -> Result<Self> {
-        let own = [
-            ("coarse", Resource::Buffer(&listed.coarse)),
-            ("light_map", Resource::Image(light_map)),
-        ];
-        let pipeline = scene.compute(context, &shaders::RESOLVE_COMP, &own)?;
-        Ok(Self { pipeline })
+        let steps = Buffer::new(context, "resolve steps", 12 * u64::from(COARSEST))?;
+        let coarse = ("coarse", Resource::Buffer(&levels.coarse));
+        let own = [coarse, ("steps", Resource::Buffer(&steps))];
+        let find_levels = scene.compute(context, &shaders::LEVELS_COMP, &own)?;
+        let own = [coarse, ("light_map", Resource::Image(light_map))];
+        let resolve = scene.compute(context, &shaders::RESOLVE_COMP, &own)?;
+        Ok(Self {
+            find_levels,
+            resolve,
+            levels,
+            steps,
+        })
     }
 
-    /// Adds rows, of a number that `listed` has, from `first_row` on to a level. Nothing where no coarser level
-    /// has footprints.
-    pub fn record(&self, recorder: &mut Recorder, listed: &Listed, level: u32, first_row: u32) {
+    /// Finds how much there is to add.
+    pub fn record_levels(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let push = LevelsPush {
+            receiver_count: scene.receivers.planar_count,
+            rows: self.levels.rows,
+        };
+        recorder.dispatch(&self.find_levels, &push, [1, 1, 1]);
+    }
+
+    /// Adds a step's rows from `first_row` on to a level. Nothing where no coarser level has footprints.
+    pub fn record(&self, recorder: &mut Recorder, level: u32, first_row: u32) {
         let push = ResolvePush {
             level: level as i32,
             first_row: first_row as i32,
         };
-        recorder.dispatch_indirect(&self.pipeline, &push, &listed.steps, level);
-        recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+        recorder.dispatch_indirect(&self.resolve, &push, &self.steps, level);
     }
 }

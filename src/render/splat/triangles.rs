@@ -1,74 +1,41 @@
-//! beams: patches carried along their corners' mirrored rays to the receivers, as triangles of even
-//! irradiance. What most renderings of water do, and right for suns that blur much less than a texel: they are
-//! the footprints of these.
+//! Triangles: a patch carried along its corners' outgoing rays to a planar receiver, as a triangle of constant
+//! irradiance. Most renderings of water do that, and it is right for lights that blur much less than a texel.
 
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Image, Pipeline, Recorder, Resource, Topology, shaders};
-use crate::render::Area;
+use crate::gpu::{Buffer, Context, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::{Beam, BeamsPush};
-use crate::render::splat::list::{Batch, Listed};
+use crate::render::gpu_types::Beam;
+use crate::render::lights::Source;
+use crate::render::settings::Area;
+use crate::render::splat::kernel_profiles::SPREAD;
+use crate::render::splat::projector::{Description, Passes, Projector};
 use std::sync::Arc;
 
-pub struct Beams {
-    map: Pipeline,
-    draw: Pipeline,
-    pub listed: Listed,
+/// # Errors
+/// As [`Projector::new`].
+pub fn triangles(
+    context: &Arc<Context>,
+    scene: &DeviceScene,
+    patches: &Buffer,
     area: Area,
-}
-
-impl Beams {
-    pub fn new(
-        context: &Arc<Context>,
-        scene: &DeviceScene,
-        patches: &Buffer,
-        area: Area,
-    ) -> Result<Self> {
-        let pairs = scene.patch_room * scene.light_count();
-        let slots = scene.flat_targets();
-        let listed = Listed::new(context, scene, pairs, size_of::<Beam>(), slots, 0)?;
-        let map = scene.compute(
-            context,
-            &shaders::BEAMS_COMP,
-            &[
-                ("patches", Resource::Buffer(patches)),
-                ("beams", Resource::Buffer(&listed.thrown)),
-                ("counts", Resource::Buffer(&listed.counts)),
-                ("group_counts", Resource::Buffer(&listed.group_counts)),
-            ],
-        )?;
-        let draw = Pipeline::graphics(
-            context,
-            &shaders::BEAMS_VERT,
-            &shaders::BEAMS_FRAG,
-            Topology::Triangles,
-            &[("beams", Resource::Buffer(&listed.thrown))],
-        )?;
-        Ok(Self {
-            map,
-            draw,
-            listed,
-            area,
-        })
-    }
-
-    pub fn record_map(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
-        let pair_count = batch.pair_count;
-        let push = BeamsPush {
-            first_pair: batch.first_pair,
-            pair_count,
-            patch_count: batch.class.patch_count,
-            first_light: batch.class.first_light,
-            receiver_count: scene.flat_count,
-            lobes: scene.lobes,
-            trace: u32::from(scene.trace),
-            product: u32::from(self.area == Area::Product),
-        };
-        recorder.dispatch(&self.map, &push, [pair_count, 1, 1]);
-    }
-
-    pub fn record_draw(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
-        self.listed
-            .record_draw(recorder, &self.draw, light_map, clear);
-    }
+) -> Result<Projector> {
+    let description = Description {
+        shader: &shaders::BEAMS_COMP,
+        splats: "beams",
+        splat_bytes: size_of::<Beam>(),
+        slots: scene.planar_targets(),
+        draw: [&shaders::BEAMS_VERT, &shaders::BEAMS_FRAG],
+        draw_reads: &[],
+        receiver_count: scene.receivers.planar_count,
+        spread: SPREAD,
+        levels: None,
+        area_by_product: area == Area::Product,
+        passes: Passes {
+            work: "triangles",
+            project: "project triangles",
+            compact: "compact triangles",
+            splat: "splat triangles",
+        },
+    };
+    Projector::new(context, scene, Source::Narrow, patches, &description)
 }

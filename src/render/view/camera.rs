@@ -1,9 +1,9 @@
 //! shade: the camera's view of surfaces, direct light, mirrors and caustics.
 
 use crate::error::Result;
-use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, Sampling, shaders};
+use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, Sampling, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::dispatch::Part;
+use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::ShadePush;
 use crate::scene::Camera;
 use glam::DVec3;
@@ -15,7 +15,7 @@ const SUN_RAYS: u64 = 16;
 const ENVIRONMENT_RAYS: u64 = 32;
 
 pub struct Shade {
-    pipeline: Pipeline,
+    pipeline: BoundPipeline,
     /// Linear radiance, W/m²/sr.
     pub view: Image,
 }
@@ -24,8 +24,7 @@ impl Shade {
     pub fn new(
         context: &Arc<Context>,
         scene: &DeviceScene,
-        light_map: &Image,
-        direct_map: &Image,
+        [light_map, direct_map]: [&Image; 2],
         size: [u32; 2],
     ) -> Result<Self> {
         let view = Image::new(context, "view", size, 1, Sampling::Clamp)?;
@@ -46,11 +45,11 @@ impl Shade {
     /// Rays of a pixel with `side`² samples, at most.
     pub fn rays(scene: &DeviceScene, side: u32) -> u64 {
         let samples = u64::from(side) * u64::from(side);
-        let of_sample = 1 + ENVIRONMENT_RAYS * u64::from(scene.has_environment);
+        let of_sample = 1 + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present);
         // Each sample has one to each sun at least.
-        let of_suns = SUN_RAYS.max(samples) * u64::from(scene.sun_count);
+        let of_suns = SUN_RAYS.max(samples) * u64::from(scene.lights.scene_count);
         // Where light is let through, a sample splits into as many rays as wait, and one.
-        let splits = if scene.lobes > 1 { 7 } else { 1 };
+        let splits = if scene.casters.lobes > 1 { 7 } else { 1 };
         splits * (samples * of_sample + of_suns)
     }
 
@@ -61,7 +60,7 @@ impl Shade {
         scene: &DeviceScene,
         camera: &Camera,
         side: u32,
-        part: Part,
+        part: GroupRect,
     ) {
         let forward = (camera.target - camera.position).normalize();
         let right = forward.cross(DVec3::Y).normalize();
@@ -69,12 +68,12 @@ impl Shade {
         let half_height = (0.5 * camera.fov).tan();
         let aspect = f64::from(self.view.width) / f64::from(self.view.height);
         let push = ShadePush {
-            eye: (camera.position - scene.soup.origin).as_vec3(),
-            sun_count: scene.sun_count,
+            eye: (camera.position - scene.geometry.store.origin).as_vec3(),
+            sun_count: scene.lights.scene_count,
             right: (half_height * aspect * right).as_vec3(),
-            has_environment: u32::from(scene.has_environment),
+            has_environment: u32::from(scene.environment.is_present),
             up: (half_height * up).as_vec3(),
-            rotation: scene.rotation,
+            rotation: scene.environment.rotation,
             forward: forward.as_vec3(),
             side,
             first: part.first,

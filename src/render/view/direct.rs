@@ -1,9 +1,9 @@
 //! direct: light that reaches the receivers without a mirror.
 
 use crate::error::Result;
-use crate::gpu::{Context, Image, Pipeline, Recorder, Resource, shaders};
+use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::dispatch::Part;
+use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::DirectPush;
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ const SUN_RAYS: u64 = 16;
 const ENVIRONMENT_RAYS: u64 = 64;
 
 pub struct Direct {
-    pipeline: Pipeline,
+    pipeline: BoundPipeline,
 }
 
 impl Direct {
@@ -24,8 +24,12 @@ impl Direct {
 
     /// Rays of a texel. `with_suns` as for [`Direct::record`].
     pub fn rays(scene: &DeviceScene, with_suns: bool) -> u64 {
-        let suns = if with_suns { scene.sun_count } else { 0 };
-        SUN_RAYS * u64::from(suns) + ENVIRONMENT_RAYS * u64::from(scene.has_environment)
+        let suns = if with_suns {
+            scene.lights.scene_count
+        } else {
+            0
+        };
+        SUN_RAYS * u64::from(suns) + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present)
     }
 
     /// Irradiance of a part of a receiver from the environment, and from the suns where
@@ -34,17 +38,24 @@ impl Direct {
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        (tile, part): (usize, Part),
+        (tile, part): (usize, GroupRect),
         with_suns: bool,
     ) {
-        let (receiver, is_curved) = scene.receiver_of(tile);
+        let (receiver, is_curved) = scene.receivers.of_tile(tile);
         let push = DirectPush {
             first: part.first,
             receiver,
-            triangle: scene.tiles[tile].triangle,
-            sun_count: if with_suns { scene.sun_count } else { 0 },
-            has_environment: u32::from(scene.has_environment),
-            rotation: scene.rotation,
+            triangle: scene
+                .geometry
+                .store
+                .indices(scene.receivers.tiles[tile].object)[0],
+            sun_count: if with_suns {
+                scene.lights.scene_count
+            } else {
+                0
+            },
+            has_environment: u32::from(scene.environment.is_present),
+            rotation: scene.environment.rotation,
             is_curved: u32::from(is_curved),
         };
         recorder.dispatch(&self.pipeline, &push, part.threads());

@@ -1,2 +1,4 @@
+//! view: direct light in maps, and the camera's picture.
+
 pub mod camera;
 pub mod direct;

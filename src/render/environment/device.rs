@@ -1,0 +1,112 @@
+//! The environment on the device: its image, and for footprints its cells and the patch clusters that image them.
+
+use crate::error::Result;
+use crate::gpu::{Context, Image, Sampling, Staging};
+use crate::render::environment::mips::mip_chain;
+use crate::render::environment::pairs::CellPatchPairs;
+use crate::render::geometry::device::DeviceGeometry;
+use crate::render::gpu_types::Light;
+use crate::render::lights::{EnvironmentLight, LightGroup};
+use crate::render::settings::{Method, Settings};
+use crate::scene::{LightKind, Scene};
+use std::sync::Arc;
+
+pub struct DeviceEnvironment {
+    pub image: Image,
+    pub is_present: bool,
+    /// rad, 0 to 2π.
+    pub rotation: f32,
+    /// Of cells and patch clusters, for footprints.
+    pub pairs: Option<CellPatchPairs>,
+}
+
+/// What the rest of the scene has to know of an update.
+pub struct Changed {
+    /// What is like a sun in the environment.
+    pub suns: Vec<Light>,
+    /// Whether the map is another one.
+    pub is_another: bool,
+}
+
+impl DeviceEnvironment {
+    /// An image of the scene's environment, or of one texel where there is none.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device's memory does not suffice.
+    pub fn new(context: &Arc<Context>, staging: &mut Staging, scene: &Scene) -> Result<Self> {
+        let map = (scene.lights.iter()).find_map(|light| match &light.kind {
+            LightKind::Environment { map, .. } => Some(map),
+            _ => None,
+        });
+        let size = map.map_or([1, 1], |map| [map.width, map.height]);
+        let levels = size[0].max(size[1]).ilog2() + 1;
+        let sampling = Sampling::Equirectangular;
+        let image = Image::new(context, "environment", size, levels, sampling)?;
+        staging.prepare(&image);
+        if map.is_none() {
+            staging.write_level(&image, 0, &[[0.0; 3]])?;
+        }
+        Ok(Self {
+            image,
+            is_present: map.is_some(),
+            rotation: 0.0,
+            pairs: None,
+        })
+    }
+
+    /// Writes what differs from the environment `before`, if the device has that. `lights` are those of the scene.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] where there is no memory for its pairs, [`crate::Error::Device`] where the device fails.
+    #[allow(clippy::too_many_arguments)] // one call
+    pub fn update(
+        &mut self,
+        context: &Arc<Context>,
+        staging: &mut Staging,
+        scene: &Scene,
+        geometry: &DeviceGeometry,
+        [before, now]: [Option<EnvironmentLight>; 2],
+        lights: &[Light],
+        has_moved: bool,
+        settings: &Settings,
+    ) -> Result<Changed> {
+        let mut changed = Changed {
+            suns: Vec::new(),
+            is_another: false,
+        };
+        let Some(light) = now else {
+            return Ok(changed);
+        };
+        self.rotation = light.rotation;
+        changed.is_another = before.is_none_or(|before| !Arc::ptr_eq(before.map, light.map));
+        if changed.is_another || before.is_some_and(|before| before.scale != light.scale) {
+            for (level, (_, _, rgb)) in mip_chain(light.map, light.scale).iter().enumerate() {
+                staging.write_level(&self.image, level as u32, rgb)?;
+            }
+        }
+        let lights_by_clusters = settings.method == Method::Footprint
+            && scene
+                .objects
+                .iter()
+                .any(|object| object.light_map.is_some())
+            && scene.specular_objects().next().is_some();
+        if changed.is_another && lights_by_clusters {
+            self.pairs = Some(CellPatchPairs::new(
+                context, staging, scene, geometry, &light, lights, settings,
+            )?);
+        } else if let Some(pairs) = &self.pairs {
+            pairs.update(staging, &geometry.store, &light, has_moved)?;
+        }
+        changed.suns = (self.pairs.iter().flat_map(|pairs| pairs.suns_of(&light))).collect();
+        Ok(changed)
+    }
+
+    /// The list of pairs of cell and cluster, as long as one light would have patches.
+    pub fn group(&self) -> Option<LightGroup> {
+        self.pairs.as_ref().map(|pairs| LightGroup {
+            first_light: 0,
+            light_count: 1,
+            patch_count: pairs.pair_count,
+        })
+    }
+}

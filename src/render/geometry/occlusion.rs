@@ -1,0 +1,42 @@
+//! Whether the scene needs any shadow rays.
+
+use crate::scene::{MaterialKind, Mesh, Scene};
+use std::borrow::Cow;
+
+/// Whether anything can occlude light on its way to a caster or from there to a receiver. Nothing can
+/// where the only object that casts shadows is the only caster, and each of its faces has all of it behind: where it
+/// is flat or convex, or where it refracts, flat. Both legs then lie in front of the face,
+/// wherever the light is. Where more than `most_pairs` of faces and vertices would have to be compared, the answer is
+/// yes.
+pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) -> bool {
+    let mut blocking = scene
+        .objects
+        .iter()
+        .zip(meshes)
+        .filter(|(object, _)| object.blocks_light);
+    let Some((object, mesh)) = blocking.next() else {
+        return false;
+    };
+    let material = &scene.materials[object.material].kind;
+    if !material.is_specular() || scene.specular_objects().count() > 1 {
+        return true;
+    }
+    let two_sided = matches!(material, MaterialKind::Dielectric { .. });
+    if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > most_pairs {
+        return true;
+    }
+    let size = mesh
+        .positions
+        .iter()
+        .map(|p| p.distance(mesh.positions[0]))
+        .fold(0.0, f64::max);
+    mesh.triangles.iter().any(|corners| {
+        let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        mesh.positions.iter().any(|p| {
+            let height = normal.dot(*p - a);
+            let height = if two_sided { height.abs() } else { height };
+            height > 1e-9 * size
+        })
+    })
+}

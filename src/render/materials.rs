@@ -1,0 +1,48 @@
+//! Objects as the shaders see them: their material and their receiver.
+
+use crate::render::gpu_types::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
+use crate::scene::{MaterialKind, Object, Scene};
+use glam::DVec3;
+
+/// By object. `receiver_of`: an object's index among the receivers of its kind, and whether it is a mesh.
+pub fn objects(
+    scene: &Scene,
+    receiver_of: impl Fn(usize) -> Option<(u32, bool)>,
+) -> Vec<gpu_types::Object> {
+    (scene.objects.iter().enumerate())
+        .map(|(index, object)| object_of(scene, object, receiver_of(index)))
+        .collect()
+}
+
+fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> gpu_types::Object {
+    let [mut color, mut index, mut extinction] = [DVec3::ZERO; 3];
+    let kind = match scene.materials[object.material].kind {
+        MaterialKind::Mirror { reflectance } => {
+            color = reflectance;
+            MIRROR
+        }
+        MaterialKind::Conductor {
+            index: real,
+            extinction: imaginary,
+        } => {
+            (index, extinction) = (real, imaginary);
+            CONDUCTOR
+        }
+        MaterialKind::Dielectric { ior } => {
+            index = DVec3::splat(ior);
+            DIELECTRIC
+        }
+        MaterialKind::Diffuse { albedo } => {
+            color = albedo;
+            DIFFUSE
+        }
+    };
+    gpu_types::Object {
+        color: color.as_vec3(),
+        kind,
+        index: index.as_vec3(),
+        extinction: extinction.as_vec3(),
+        receiver: receiver.map_or(NO_RECEIVER, |(index, _)| index as i32),
+        is_curved: receiver.map_or(0, |(_, is_curved)| u32::from(is_curved)),
+    }
+}

@@ -1,0 +1,32 @@
+//! dilate: the light maps of meshes continued around their charts.
+
+use crate::error::Result;
+use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
+use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::DilatePush;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Fills the texels around the charts of an image with the layout of the light maps.
+pub struct Dilate {
+    pipeline: BoundPipeline,
+}
+
+impl Dilate {
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn new(context: &Arc<Context>, scene: &DeviceScene, light_map: &Image) -> Result<Self> {
+        let own = [("light_map", Resource::Image(light_map))];
+        let pipeline = scene.compute(context, &shaders::DILATE_COMP, &own)?;
+        Ok(Self { pipeline })
+    }
+
+    /// Some rows of a mesh receiver's light map.
+    pub fn record(&self, recorder: &mut Recorder, receiver: u32, width: u32, rows: Range<u32>) {
+        let push = DilatePush {
+            curved: receiver,
+            first_row: rows.start,
+        };
+        recorder.dispatch(&self.pipeline, &push, [width, rows.end - rows.start, 1]);
+    }
+}

@@ -1,0 +1,236 @@
+//! The receivers and their light maps, which lie in one image, a tile each.
+
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Context, Staging};
+use crate::render::dispatch::{GroupRect, group_count};
+use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, Curved, Receiver};
+use crate::render::receivers::mesh::{Surfaces, node_count, surfaces};
+use crate::scene::{Atlas, Scene};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// A receiver's part of the light-map image.
+#[derive(Debug, Clone, Copy)]
+pub struct Tile {
+    /// Index into [`Scene::objects`].
+    pub object: usize,
+    /// Its top left texel.
+    pub origin: [u32; 2],
+    /// Texels.
+    pub size: [u32; 2],
+}
+
+pub struct DeviceReceivers {
+    /// Those of planar receivers, then those of meshes.
+    pub tiles: Vec<Tile>,
+    pub planar_count: u32,
+    /// Size of the light-map image, texels.
+    pub image_size: [u32; 2],
+    /// Layouts of the mesh receivers, by object.
+    pub atlases: Vec<Option<Atlas>>,
+    pub planar: Buffer,
+    pub mesh: Buffer,
+    pub atlas_texels: Buffer,
+    pub atlas_samples: Buffer,
+    pub atlas_nodes: Buffer,
+    /// What the buffer `planar` holds.
+    pub planar_now: Vec<Receiver>,
+}
+
+impl DeviceReceivers {
+    /// `atlases` are those of [`crate::render::receivers::mesh::atlases`].
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there is nothing to light or the light maps do not fit, [`Error::Device`] where the
+    /// device's memory does not suffice.
+    pub fn new(context: &Arc<Context>, scene: &Scene, atlases: Vec<Option<Atlas>>) -> Result<Self> {
+        let (tiles, image_size) = pack(scene, context.max_image_side())?;
+        let planar_count = scene.receivers().count();
+        let meshes = &tiles[planar_count..];
+        let texels: u64 = (meshes.iter()).map(|tile| texel_count(tile.size)).sum();
+        let nodes: u64 = meshes.iter().map(|tile| node_count(tile.size)).sum();
+        let buffer =
+            |name, count: u64, element: usize| Buffer::new(context, name, count * element as u64);
+        Ok(Self {
+            planar: buffer(
+                "planar receivers",
+                planar_count as u64,
+                size_of::<Receiver>(),
+            )?,
+            mesh: buffer("mesh receivers", meshes.len() as u64, size_of::<Curved>())?,
+            atlas_texels: buffer("atlas texels", texels, size_of::<AtlasTexel>())?,
+            atlas_samples: buffer("atlas samples", texels, size_of::<AtlasSamples>())?,
+            atlas_nodes: buffer("atlas nodes", nodes, size_of::<AtlasNode>())?,
+            tiles,
+            planar_count: planar_count as u32,
+            image_size,
+            atlases,
+            planar_now: Vec::new(),
+        })
+    }
+
+    /// Writes the planar receivers, and the mesh receivers where `meshes_moved`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the light maps of meshes have too many texels, [`Error::Device`] where the device fails.
+    pub fn update(
+        &mut self,
+        staging: &mut Staging,
+        scene: &Scene,
+        store: &TriangleStore,
+        meshes_moved: bool,
+    ) -> Result<()> {
+        self.planar_now = planar(scene, &self.tiles, store.origin);
+        staging.write(&self.planar, 0, &self.planar_now)?;
+        if !meshes_moved || self.mesh_count() == 0 {
+            return Ok(());
+        }
+        let Surfaces {
+            receivers,
+            texels,
+            samples,
+            nodes,
+        } = surfaces(scene, self.mesh_tiles(), &self.atlases, store)?;
+        staging.write(&self.mesh, 0, &receivers)?;
+        staging.write(&self.atlas_texels, 0, &texels)?;
+        staging.write(&self.atlas_samples, 0, &samples)?;
+        staging.write(&self.atlas_nodes, 0, &nodes)
+    }
+
+    pub fn mesh_count(&self) -> u32 {
+        self.tiles.len() as u32 - self.planar_count
+    }
+
+    pub fn mesh_tiles(&self) -> &[Tile] {
+        &self.tiles[self.planar_count as usize..]
+    }
+
+    /// The receiver of a tile: its index among those of its kind, and whether it is a mesh.
+    pub fn of_tile(&self, tile: usize) -> (u32, bool) {
+        match tile.checked_sub(self.planar_count as usize) {
+            Some(mesh) => (mesh as u32, true),
+            None => (tile as u32, false),
+        }
+    }
+
+    /// That of an object, if it is a receiver.
+    pub fn of_object(&self, object: usize) -> Option<(u32, bool)> {
+        let tile = self.tiles.iter().position(|tile| tile.object == object)?;
+        Some(self.of_tile(tile))
+    }
+
+    /// Sides that all light maps fit into, texels.
+    pub fn largest_light_map(&self) -> [u32; 2] {
+        [0, 1].map(|axis| (self.tiles.iter().map(|tile| tile.size[axis]).max()).unwrap_or(1))
+    }
+
+    /// Texels of the largest light map.
+    pub fn most_texels(&self) -> u64 {
+        (self.tiles.iter().map(|tile| texel_count(tile.size)).max()).unwrap_or(1)
+    }
+
+    /// Workgroups that cover all receivers' light maps.
+    pub fn group_count(&self) -> u64 {
+        self.tiles.iter().map(|tile| group_count(tile.size)).sum()
+    }
+
+    /// The tile with workgroup number `first` of all receivers', and the part of it that begins there and has at most
+    /// `most` workgroups.
+    pub fn group_rect(&self, mut first: u64, most: u64) -> (usize, GroupRect) {
+        for (index, tile) in self.tiles.iter().enumerate() {
+            let count = group_count(tile.size);
+            if first < count {
+                return (index, GroupRect::of(tile.size, first, most));
+            }
+            first -= count;
+        }
+        panic!("workgroup {first} after the last tile");
+    }
+}
+
+fn texel_count([width, height]: [u32; 2]) -> u64 {
+    u64::from(width) * u64::from(height)
+}
+
+/// The coarsest level of any light map; as in receiver.glsl.
+pub const COARSEST: u32 = 5;
+
+/// The coarsest level of a light map that footprints are splatted into; as in receiver.glsl.
+fn coarsest_level(size: [u32; 2]) -> u32 {
+    const FEWEST: u32 = 16;
+    (size[0].min(size[1]) / FEWEST).max(1).ilog2().min(COARSEST)
+}
+
+/// Texels of a light map together with the coarser levels beside it, one below the other. They
+/// are together no higher than itself.
+fn padded(size: [u32; 2]) -> [u32; 2] {
+    match coarsest_level(size) {
+        0 => size,
+        _ => [size[0] + size[0].div_ceil(2) + 2, size[1]],
+    }
+}
+
+/// Places the receivers' light maps in columns.
+fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
+    let mut tiles: Vec<Tile> = Vec::new();
+    let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
+    let planar = scene
+        .receivers()
+        .map(|(object, _, size)| (object, size, padded(size)));
+    let meshes = scene
+        .curved_receivers()
+        .map(|(object, _, size)| (object, size, size));
+    for (object, size, padded) in planar.chain(meshes) {
+        if padded.iter().any(|side| *side > max_side) {
+            return Err(Error::Usage {
+                reason: format!(
+                    "a light map of {}×{} texels is too large for the device",
+                    size[0], size[1]
+                ),
+                remedy: format!("ask for at most {} texels a side", max_side / 3 * 2 - 2),
+            });
+        }
+        if y + padded[1] > max_side {
+            (x, y) = (width, 0);
+        }
+        tiles.push(Tile {
+            object,
+            origin: [x, y],
+            size,
+        });
+        y += padded[1];
+        width = width.max(x + padded[0]);
+        height = height.max(y);
+    }
+    if tiles.is_empty() {
+        return Err(Error::Usage {
+            reason: "no object of the scene has a light map".into(),
+            remedy: "give a diffuse rect or mesh the key `lightmap = [256, 256]`".into(),
+        });
+    }
+    if width > max_side {
+        return Err(Error::Usage {
+            reason: format!("all light maps together do not fit into {max_side}×{max_side} texels"),
+            remedy: "ask for smaller light maps".into(),
+        });
+    }
+    Ok((tiles, [width, height]))
+}
+
+fn planar(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<Receiver> {
+    scene
+        .receivers()
+        .zip(tiles)
+        .map(|((_, rect, _), tile)| Receiver {
+            origin: (rect.origin - origin).as_vec3(),
+            tile_x: tile.origin[0],
+            edge_u: rect.edge_u.as_vec3(),
+            tile_y: tile.origin[1],
+            edge_v: rect.edge_v.as_vec3(),
+            width: tile.size[0],
+            normal: rect.normal().as_vec3(),
+            height: tile.size[1],
+        })
+        .collect()
+}

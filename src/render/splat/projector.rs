@@ -1,0 +1,137 @@
+//! A projector: patches and lights in, splats out. What differs between the projectors is data; each has a
+//! file of its own.
+
+use crate::error::Result;
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Shader, Topology};
+use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::ProjectPush;
+use crate::render::lights::Source;
+use crate::render::splat::kernel_profiles::FLAT_SPREAD;
+use crate::render::splat::list::{Batch, SplatList};
+use crate::render::splat::resolve::Levels;
+use std::sync::Arc;
+
+/// What a projector is made of.
+pub struct Description<'a> {
+    pub shader: &'static Shader,
+    /// The shader's name for the splats that it writes.
+    pub splats: &'static str,
+    pub splat_bytes: usize,
+    /// Splats of a pair of patch and light, at most.
+    pub slots: u32,
+    /// The shaders that draw a splat.
+    pub draw: [&'static Shader; 2],
+    /// Buffers that these read beside the splats.
+    pub draw_reads: &'a [(&'static str, Resource<'a>)],
+    /// Receivers of the kind that it lights.
+    pub receiver_count: u32,
+    /// Variance of a kernel over that of its patch.
+    pub spread: f32,
+    /// Coarser levels, where wide splats go to them.
+    pub levels: Option<&'a Levels>,
+    /// Whether the area of triangles is taken wrongly, see [`crate::render::Area::Product`].
+    pub area_by_product: bool,
+    pub passes: Passes,
+}
+
+/// Names of a projector's passes, and of all its work together.
+#[derive(Debug, Clone, Copy)]
+pub struct Passes {
+    pub work: &'static str,
+    pub project: &'static str,
+    pub compact: &'static str,
+    pub splat: &'static str,
+}
+
+pub struct Projector {
+    project: BoundPipeline,
+    pub list: SplatList,
+    draw: BoundPipeline,
+    /// The lights that it projects.
+    pub source: Source,
+    pub passes: Passes,
+    receiver_count: u32,
+    spread: f32,
+    area_by_product: bool,
+    /// Bound in the place of an environment's pairs.
+    _no_pairs: Buffer,
+}
+
+impl Projector {
+    /// Projects the lights of `source` by `patches`, or an environment by its clusters.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &DeviceScene,
+        source: Source,
+        patches: &Buffer,
+        description: &Description,
+    ) -> Result<Self> {
+        let Description {
+            shader,
+            slots,
+            splat_bytes,
+            levels,
+            ..
+        } = *description;
+        let capacity = scene.pair_capacity(source);
+        let list = SplatList::new(context, scene, capacity, splat_bytes, slots)?;
+        let no_pairs = Buffer::new(context, "no pairs", 0)?;
+        let (patches, lights, pairs) = match &scene.environment.pairs {
+            Some(of) if source == Source::Environment => (&of.patches, &of.lights, &of.pairs),
+            _ => (patches, &scene.lights.buffer, &no_pairs),
+        };
+        let mut resources = vec![
+            ("patches", Resource::Buffer(patches)),
+            ("suns", Resource::Buffer(lights)),
+            ("pairs", Resource::Buffer(pairs)),
+            ("counts", Resource::Buffer(&list.counts)),
+            ("group_counts", Resource::Buffer(&list.group_counts)),
+            (description.splats, Resource::Buffer(&list.splats)),
+        ];
+        resources.extend(levels.map(|levels| ("coarse", Resource::Buffer(&levels.coarse))));
+        resources.retain(|(name, _)| shader.bindings.iter().any(|binding| binding.name == *name));
+        let project = scene.compute(context, shader, &resources)?;
+        let splats = [(description.splats, Resource::Buffer(&list.splats))];
+        let [vertex, fragment] = description.draw;
+        let drawn = [&splats[..], description.draw_reads].concat();
+        let topology = Topology::Triangles;
+        Ok(Self {
+            project,
+            draw: BoundPipeline::graphics(context, vertex, fragment, topology, &drawn)?,
+            list,
+            source,
+            passes: description.passes,
+            receiver_count: description.receiver_count,
+            spread: description.spread,
+            area_by_product: description.area_by_product,
+            _no_pairs: no_pairs,
+        })
+    }
+
+    /// Writes the splats of a batch of pairs.
+    pub fn record_project(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: Batch) {
+        let push = ProjectPush {
+            first_pair: batch.first_pair,
+            pair_count: batch.pair_count,
+            patch_count: batch.group.patch_count,
+            first_light: batch.group.first_light,
+            receiver_count: self.receiver_count,
+            lobes: scene.casters.lobes,
+            spread: self.spread,
+            flat_spread: FLAT_SPREAD,
+            trace: u32::from(scene.geometry.can_occlude),
+            clustered: u32::from(self.source == Source::Environment),
+            product: u32::from(self.area_by_product),
+        };
+        recorder.dispatch(&self.project, &push, [batch.pair_count, 1, 1]);
+    }
+
+    /// Draws the listed splats into the light maps, which `clear` empties before.
+    pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
+        self.list
+            .record_draw(recorder, &self.draw, light_map, clear);
+    }
+}
