@@ -315,7 +315,7 @@ fn ctrl_c_keeps_finished_scenes() {
     use std::time::{Duration, Instant};
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("chart");
-    let mut child = Command::new(assert_cmd::cargo::cargo_bin("nephroid"))
+    let mut child = common::program()
         .env("XDG_CACHE_HOME", folder.path().join("cache"))
         .args(["chart", "--quick", "-o"])
         .arg(&output)

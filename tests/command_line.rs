@@ -237,7 +237,7 @@ fn ctrl_c_leaves_nothing_behind() {
     use std::process::{Command, Stdio};
     use std::time::Duration;
     let folder = tempfile::tempdir().unwrap();
-    let mut child = Command::new(assert_cmd::cargo::cargo_bin("nephroid"))
+    let mut child = common::program()
         .args([
             "reference",
             "--receiver",

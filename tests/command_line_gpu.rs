@@ -511,7 +511,7 @@ fn ctrl_c_ends_a_sequence_between_frames() {
     use std::process::{Command, Stdio};
     use std::time::Duration;
     let folder = tempfile::tempdir().unwrap();
-    let mut child = Command::new(assert_cmd::cargo::cargo_bin("nephroid"))
+    let mut child = common::program()
         .args(["bake", "--receiver", "floor", "--frames", "0-99999", "-o"])
         .arg(folder.path().join("map.exr"))
         .arg(scene("pool.toml"))

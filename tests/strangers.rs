@@ -64,7 +64,7 @@ fn signals_leave_nothing_half_written() {
     for (round, line) in commands.iter().cycle().take(18).enumerate() {
         let folder = tempfile::tempdir().unwrap();
         let mut words = line.split(' ');
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin("nephroid"));
+        let mut command = common::program();
         command.arg(words.next().unwrap());
         command.args(words.map(|word| match word.ends_with(".toml") {
             true => scene_path(word).into_os_string(),

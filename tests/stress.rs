@@ -192,7 +192,7 @@ fn ctrl_c_keeps_finished_sweeps() {
     use std::time::{Duration, Instant};
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("stress.json");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_nephroid"))
+    let mut child = common::program()
         .args([
             "stress", "--quick", "--only", "focus", "sun", "turning", "-o",
         ])

@@ -358,3 +358,20 @@ pub fn ring(elevation: f64, blocks_light: bool) -> Scene {
     }
     scene
 }
+
+/// The program, which listens to Ctrl-C: a shell has what it starts in the background ignore it, and children
+/// inherit that.
+#[cfg(unix)]
+pub fn program() -> std::process::Command {
+    use std::os::unix::process::CommandExt;
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("nephroid"));
+    // SAFETY: only a call that may be made between fork and exec.
+    unsafe {
+        command.pre_exec(|| {
+            libc::signal(libc::SIGINT, libc::SIG_DFL);
+            libc::signal(libc::SIGHUP, libc::SIG_DFL);
+            Ok(())
+        });
+    }
+    command
+}
