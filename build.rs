@@ -18,6 +18,8 @@ fn main() {
 
     note_commit();
 
+    println!("cargo::rerun-if-changed=examples/embed_ash");
+
     if let Err(message) = compile_all() {
         for line in message.lines() {
             println!("cargo::error={line}");
@@ -48,6 +50,7 @@ fn compile_all() -> Result<(), String> {
     }
 
     let compiler = Compiler::find()?;
+    compile_example(&compiler)?;
     let mut table = String::from("use super::{Binding, BindingKind, Shader, StructLayout};\n");
     let mut layouts = BTreeMap::new();
     let mut messages = String::new();
@@ -87,6 +90,23 @@ fn compile_all() -> Result<(), String> {
     writeln!(table, "];").unwrap();
     let file = out_dir().join("shaders.rs");
     std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()))
+}
+
+/// The shaders of `examples/embed_ash`, as files; not where the examples are not there.
+///
+/// # Errors
+/// As [`compile_all`].
+fn compile_example(compiler: &Compiler) -> Result<(), String> {
+    for name in ["floor.vert", "floor.frag"] {
+        let source = Path::new("examples/embed_ash").join(name);
+        if source.exists() {
+            let words = compiler.compile(&source)?;
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            let file = out_dir().join(format!("{name}.spv"));
+            std::fs::write(&file, bytes).map_err(|error| format!("{}: {error}", file.display()))?;
+        }
+    }
+    Ok(())
 }
 
 fn out_dir() -> PathBuf {
