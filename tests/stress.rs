@@ -132,7 +132,7 @@ fn the_report_has_every_point() {
 
     let page = read("stress.html");
     for contender in &CONTENDERS {
-        assert!(page.contains(&contender.name()));
+        assert!(page.contains(contender.method.name()));
     }
     for part in ["example &lt;GPU&gt;", "Where the methods break down"] {
         assert!(page.contains(part), "{part}");
