@@ -24,12 +24,12 @@ fn run() -> ExitCode {
     match arguments.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            cli::terminal::log("error", &error.to_string());
-            let code = match error {
-                Error::Cancelled => cli::signals::exit_code(),
-                _ => None,
+            let text = match error {
+                Error::Cancelled => cli::signals::STOPPED.into(),
+                _ => error.to_string(),
             };
-            ExitCode::from(code.unwrap_or(error.exit_code()))
+            cli::terminal::log("error", &text);
+            ExitCode::from(cli::exit_code(&error))
         }
     }
 }
