@@ -3,7 +3,6 @@
 mod cli;
 
 use clap::Parser;
-use nephroid::Error;
 use std::process::ExitCode;
 
 /// Bytes of every thread's stack, whatever `ulimit -s` says: drivers start threads, too.
@@ -24,11 +23,7 @@ fn run() -> ExitCode {
     match arguments.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let text = match error {
-                Error::Cancelled => cli::signals::STOPPED.into(),
-                _ => error.to_string(),
-            };
-            cli::terminal::log("error", &text);
+            cli::terminal::log("error", &cli::message(&error));
             ExitCode::from(cli::exit_code(&error))
         }
     }

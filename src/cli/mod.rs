@@ -57,6 +57,15 @@ impl Cli {
     }
 }
 
+/// What the log says of an error: the library does not know the commands.
+pub fn message(error: &Error) -> String {
+    match error {
+        Error::NoDevice { .. } => format!("{error}; `nephroid devices` lists what is found"),
+        Error::Cancelled => signals::STOPPED.into(),
+        _ => error.to_string(),
+    }
+}
+
 /// Exit code of a command that failed; those of a signal depend on which one it was.
 pub fn exit_code(error: &Error) -> u8 {
     match error {

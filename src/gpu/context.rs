@@ -60,7 +60,7 @@ impl Context {
         .map_err(|e| Error::Device {
             action: "setting up the memory allocator".into(),
             reason: e.to_string(),
-            remedy: "name another --device".into(),
+            remedy: "choose another device".into(),
         })?;
         // SAFETY: `device::open` made one queue of this family.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };

@@ -9,7 +9,7 @@ use ash::vk;
 use std::ffi::CStr;
 use std::ops::Deref;
 
-/// A device as `nephroid devices` lists it.
+/// A device, as [`super::list_devices`] finds it.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct DeviceInfo {
     pub name: String,
@@ -274,7 +274,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
                 .ok_or_else(|| {
                     no_device(
                         format!("none is called {wanted:?}; there is: {}", found()),
-                        "give --device an index or a part of a name that `nephroid devices` lists",
+                        "choose a device by its index or a part of its name",
                     )
                 })?
         }
@@ -296,7 +296,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
     if let Some(reason) = &info.unsuitable {
         return Err(no_device(
             format!("{}: {reason}", info.name),
-            "name another --device or update the driver",
+            "choose another device or update the driver",
         ));
     }
     let family = queue_family(instance, *physical).expect("checked by `unsuitable`");
@@ -324,7 +324,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
     let device = unsafe { instance.create_device(*physical, &create, None) }.map_err(|error| {
         no_device(
             format!("{} cannot be opened: {error}", info.name),
-            "name another --device",
+            "choose another device",
         )
     })?;
     // SAFETY: a valid physical device.

@@ -293,7 +293,7 @@ pub fn sweep(
     let receiver_name = &scene.objects[receiver].name;
     let useless = |reason: String| Error::Usage {
         reason: format!("scene {name}: {reason}"),
-        remedy: "leave the scene out, or choose another --receiver".into(),
+        remedy: "leave the scene out, or choose another receiver".into(),
     };
     if reference.received_flux.iter().sum::<f64>() <= 0.0 {
         return Err(useless(format!(

@@ -272,7 +272,7 @@ impl Caustic {
                             "the method beams lights rects only, and object `{}` is a mesh with a light map",
                             device.scene.objects[tile.object].name
                         ),
-                        remedy: "name another --method, or remove the object's `lightmap`".into(),
+                        remedy: "choose another method, or remove the object's `lightmap`".into(),
                     });
                 }
                 let beams = Beams::new(context, device, &sample.patches, settings.area)?;
