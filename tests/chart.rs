@@ -1,5 +1,7 @@
 //! `nephroid chart`: what is measured, what is kept, and what is refused before the work.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use assert_cmd::Command;

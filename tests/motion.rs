@@ -1,5 +1,7 @@
 //! Frames of what moves: the same as if each were rendered alone, and without flicker.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

@@ -1,6 +1,8 @@
 //! What the reference promises beside the closed forms. Every check is seen to fail on a perturbed
 //! twin.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{image, load, options, ring, solve};

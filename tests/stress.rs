@@ -1,5 +1,7 @@
 //! The stress test: what `footprint` promises where methods fail, and the command.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{Device, assert_error, brighter, nephroid, refuses, shifted_by_a_texel};
