@@ -1,4 +1,4 @@
-//! The one public error type: every failure a user can cause or meet.
+//! The one public error type: every failure that a user or a host application can cause or meet.
 //!
 //! Policy: bad input, a missing device and a full disk are [`Error`]s; a mistake of the
 //! programmer is an assertion; what may be absent is an `Option`.
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// What went wrong, where, why, and what to do about it.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The command line asks for something that makes no sense.
+    /// A request that makes no sense, or that needs more memory than there is.
     #[error("{reason}\n  remedy: {remedy}")]
     Usage { reason: String, remedy: String },
 
@@ -46,7 +46,7 @@ pub enum Error {
     #[error("{reason}\n  remedy: {remedy}")]
     Host { reason: String, remedy: String },
 
-    /// The validation layers, asked for with `--validate`, complained.
+    /// The validation layers complained.
     #[error("{} validation message(s), the first: {first}", count)]
     Validation { count: usize, first: String },
 
@@ -59,8 +59,8 @@ pub enum Error {
         first: Box<Error>,
     },
 
-    /// Stopped by Ctrl-C. What was finished before is kept, and no file is left half-written.
-    #[error("stopped by Ctrl-C or a signal")]
+    /// Stopped because the caller asked for it. What was finished before is kept, and no file is left half-written.
+    #[error("stopped before the end")]
     Cancelled,
 }
 
@@ -76,22 +76,6 @@ fn listed(numbers: &[u32]) -> String {
     let shown: Vec<String> = (numbers.iter().take(MOST)).map(u32::to_string).collect();
     let rest = if numbers.len() > MOST { ", …" } else { "" };
     shown.join(", ") + rest
-}
-
-impl Error {
-    /// Exit code of the command line: 1 validation message, 2 usage or unwritable output, 3 bad
-    /// scene or asset, 4 no suitable device, 5 device lost or out of memory, 6 some frames failed, 130 stopped by Ctrl-C.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Validation { .. } => 1,
-            Self::Usage { .. } | Self::Output { .. } => 2,
-            Self::Input { .. } => 3,
-            Self::NoDevice { .. } | Self::Host { .. } => 4,
-            Self::Device { .. } => 5,
-            Self::Frames { .. } => 6,
-            Self::Cancelled => 130,
-        }
-    }
 }
 
 /// Result with this crate's [`Error`].

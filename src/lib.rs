@@ -78,18 +78,26 @@
 //!
 //! [`error`] is the one public error type. The command line, `src/main.rs` and `src/cli/`, has one
 //! file a command.
+//!
+//! # Features
+//!
+//! `cli`, on by default, has the program and what only it and the tests need: [`mod@reference`] and [`measure`]. A
+//! host application does without, by `default-features = false`, and builds less than half as many crates.
+//! `bundled-shaderc` compiles the shaders where no `glslc` is installed.
 
 pub mod error;
 pub mod gpu;
 pub mod image_file;
 mod input;
 mod math;
+#[cfg(feature = "cli")]
 pub mod measure;
 pub mod method {
     #![doc = include_str!("method.md")]
 }
 pub mod optics;
 pub mod output;
+#[cfg(feature = "cli")]
 pub mod reference;
 pub mod render;
 pub mod scene;

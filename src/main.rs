@@ -3,7 +3,6 @@
 mod cli;
 
 use clap::Parser;
-use nephroid::Error;
 use std::process::ExitCode;
 
 /// Bytes of every thread's stack, whatever `ulimit -s` says: drivers start threads, too.
@@ -24,12 +23,8 @@ fn run() -> ExitCode {
     match arguments.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            cli::terminal::log("error", &error.to_string());
-            let code = match error {
-                Error::Cancelled => cli::signals::exit_code(),
-                _ => None,
-            };
-            ExitCode::from(code.unwrap_or(error.exit_code()))
+            cli::terminal::log("error", &cli::message(&error));
+            ExitCode::from(cli::exit_code(&error))
         }
     }
 }

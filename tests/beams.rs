@@ -1,6 +1,8 @@
 //! The method beams against closed forms: flat mirror, paraboloid, and the widespread product of
 //! lengths in place of the area.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::closed_forms::dish_irradiance;

@@ -1,5 +1,7 @@
 //! `nephroid chart`: what is measured, what is kept, and what is refused before the work.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use assert_cmd::Command;
@@ -129,18 +131,21 @@ fn errors(scenes: &[SceneChart]) -> BTreeMap<(String, u64), f64> {
 #[test]
 fn the_command_reference_finds_what_it_computed() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |name: &str, more: &[&str]| {
-        let output = folder.path().join(name);
+    let command = |name: &str, more: &[&str]| {
         let mut command = nephroid();
         command.env("XDG_CACHE_HOME", folder.path().join("cache"));
         command.arg("reference").arg(scene_path("mirror.toml"));
         command
             .args(["--lightmap", "16", "--error", "0.1"])
             .args(more);
-        let summary = common::json(command.arg("-o").arg(&output));
+        command.arg("-o").arg(folder.path().join(name));
+        command
+    };
+    let run = |name: &str, more: &[&str]| {
+        let summary = common::json(&mut command(name, more));
         (
             summary["from_cache"].clone(),
-            std::fs::read(output).unwrap(),
+            std::fs::read(folder.path().join(name)).unwrap(),
         )
     };
     let (from_cache, first) = run("a.exr", &["--no-cache"]);
@@ -152,6 +157,14 @@ fn the_command_reference_finds_what_it_computed() {
     assert_eq!(from_cache, true);
     assert!(found == first);
     assert_eq!(run("d.exr", &["--seed", "1"]).0, false);
+
+    let references = folder.path().join("cache/nephroid/references");
+    for entry in references.read_dir().unwrap() {
+        std::fs::write(entry.unwrap().path(), "damaged").unwrap();
+    }
+    let again = command("e.exr", &[]).assert().success();
+    again.stderr(contains("warning: ").and(contains("the reference was made again")));
+    assert_eq!(run("f.exr", &[]).0, true);
 }
 
 #[cfg(unix)]

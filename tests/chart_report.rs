@@ -1,6 +1,8 @@
 //! The report of speed against accuracy, from invented measurements: what the files say, and that
 //! the page works in a browser.
 
+#![cfg(feature = "cli")]
+
 use headless_chrome::browser::tab::point::Point as Pixel;
 use headless_chrome::protocol::cdp::types::Event;
 use headless_chrome::{Browser, LaunchOptions, Tab};

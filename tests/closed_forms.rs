@@ -1,5 +1,7 @@
 //! The renderer and the reference against closed forms, and the document that says so.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::closed_forms::{

@@ -1,5 +1,7 @@
 //! What the command line says and returns, above all where the input is bad.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use assert_cmd::Command;

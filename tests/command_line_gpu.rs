@@ -1,5 +1,7 @@
 //! What `render`, `bake` and `devices` say and return, above all where the input is bad.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use assert_cmd::Command;

@@ -1,6 +1,8 @@
 //! Receivers that are meshes: light maps laid out by texture coordinates or unwrapped, against the
 //! reference, at seams, behind thin walls, and what cannot be laid out.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

@@ -1,5 +1,7 @@
 //! Light that reaches the receivers without a mirror, against closed forms.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{Device, assert_error, brighter, load, middles, only_receiver, toward_sun};

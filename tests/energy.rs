@@ -1,5 +1,7 @@
 //! The flux in every light map of every shipped scene, against the reference's.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

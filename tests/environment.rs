@@ -1,5 +1,7 @@
 //! Light from everywhere by footprints: against the reference, a sun, and itself.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

@@ -1,5 +1,7 @@
 //! What the loader takes and refuses of environments.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::folder::{Folder, SCENE, hdr, write_exr};

@@ -1,5 +1,7 @@
 //! Inputs that once failed under fuzzing; see docs/fuzzing.md.
 
+#![cfg(feature = "cli")]
+
 #[path = "../fuzz/src/lib.rs"]
 mod fuzz;
 

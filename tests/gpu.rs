@@ -1,6 +1,8 @@
 //! What the layer over Vulkan promises: limits are errors, failures can be recovered from,
 //! resources stay alive, times are complete.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::Device;

@@ -2,6 +2,8 @@
 //! closed forms of their direct light. What they throw by a flat and a round mirror is in
 //! `closed_forms.rs`.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

@@ -1,5 +1,7 @@
 //! What the loader takes, repairs and refuses of meshes and their materials.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::folder::{Folder, OBJ, SCENE, area, load_obj, mesh};

@@ -1,5 +1,7 @@
 //! What the loader takes and refuses of what moves: keyframes and animated meshes.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::folder::{Folder, OBJ, SCENE};

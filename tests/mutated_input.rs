@@ -1,5 +1,7 @@
 //! Whatever becomes of a scene's files, loading them is no panic, and what loads is sound.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::folder::{Folder, MTL, OBJ, SCENE, hdr, write_exr};

@@ -4,6 +4,8 @@
 //! device, driver and CPU that made them: bits depend on all three. Where a commit changes them on purpose it says why
 //! and writes the file again: `NEPHROID_PIN=1 cargo test --release --test pinned`.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{Device, method};

@@ -1,5 +1,7 @@
 //! The same scene gives the same bits, every time.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{Device, brighter, load, method, with_texels};

@@ -1,5 +1,7 @@
 //! The ring's caustic against the reference: what the methods promise.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

@@ -2,6 +2,8 @@
 //! error names the file, the place and the reason. Meshes, environments and motion have tests of their
 //! own.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::folder::{Folder, OBJ, SCENE, hdr, mesh};

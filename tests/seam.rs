@@ -1,5 +1,7 @@
 //! A caustic that runs over the edge between two light maps does not show it.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{Device, assert_error, assert_physical, footprint, image, load, options, solve};

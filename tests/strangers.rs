@@ -1,5 +1,5 @@
 //! What a stranger's shell, files and signals bring.
-#![cfg(unix)]
+#![cfg(all(unix, feature = "cli"))]
 
 mod common;
 

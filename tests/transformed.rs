@@ -1,5 +1,7 @@
 //! Scenes in other places and of other sizes, several suns, no sun for the mirror.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

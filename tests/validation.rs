@@ -1,6 +1,8 @@
 //! The validation layers are on and are heard: mistakes made on purpose are caught, so that their
 //! silence in other tests means something.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{Device, validated_context};

@@ -1,5 +1,7 @@
 //! The camera's view: radiance that is known in closed form at single pixels.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

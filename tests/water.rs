@@ -1,5 +1,7 @@
 //! Refraction against closed forms, and waves against the reference.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::{

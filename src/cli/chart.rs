@@ -3,13 +3,13 @@
 use super::files::make_folder;
 use super::load_scene;
 use super::signals::cancelled;
-use super::terminal::{escaped, log, print, progress_bar};
+use super::terminal::{escaped, log, log_some, print, progress_bar};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions};
 use nephroid::measure::chart::{Chart, Peer, SceneChart, read_peers, write};
 use nephroid::measure::sweep::{Plan, Step, Subject, sweep};
-use nephroid::reference::{Options, cached_caustic};
+use nephroid::reference::{Cached, Options, cached_caustic};
 use nephroid::scene::Scene;
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -148,7 +148,11 @@ fn measure(
         ..Options::default()
     };
     show(0.0, "reference".into());
-    let reference = cached_caustic(
+    let Cached {
+        reference,
+        warnings,
+        ..
+    } = cached_caustic(
         scene,
         *receiver,
         plan.reference_texels(scene, *receiver),
@@ -156,6 +160,7 @@ fn measure(
         &mut |progress| show(REFERENCE_SHARE * progress.fraction, "reference".into()),
         cancel,
     )?;
+    log_some("warning", &warnings);
     let subject = Subject {
         name,
         scene,

@@ -7,6 +7,7 @@ use super::terminal::{log, log_some, print, print_json, progress_bar};
 use super::timeline::{Shot, Timeline, each_frame, numbered};
 use super::{LightMapSize, load_scene};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
@@ -27,7 +28,7 @@ pub struct GpuOptions {
     #[command(flatten)]
     pub timeline: Timeline,
     /// How the caustic is computed
-    #[arg(long, value_enum, default_value_t = Settings::default().method)]
+    #[arg(long, value_parser = method_parser(), default_value = Settings::default().method.name())]
     method: Method,
     /// Patches asked for on the lit side of the mirrors (at least one a triangle), or points
     #[arg(long, default_value_t = Settings::default().samples,
@@ -53,7 +54,7 @@ pub struct GpuOptions {
     #[arg(long)]
     no_filter: bool,
     /// beams: what is taken for the area that a patch lights
-    #[arg(long, value_enum, default_value_t = Settings::default().area)]
+    #[arg(long, value_parser = area_parser(), default_value = Settings::default().area.name())]
     area: Area,
     /// Index or part of the name of the Vulkan device
     #[arg(long)]
@@ -67,6 +68,38 @@ pub struct GpuOptions {
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+fn method_parser() -> impl TypedValueParser<Value = Method> {
+    one_of(Method::ALL, Method::name, |method| match method {
+        Method::Footprint => "Patches are imaged to footprints, which are added up",
+        Method::Pinhole => "Every texel gathers over all patches (Wand & Straßer 2003)",
+        Method::Points => "Low-discrepancy points, one texel each",
+        Method::Beams => "Patches are drawn as triangles between their corners' mirrored rays",
+    })
+}
+
+fn area_parser() -> impl TypedValueParser<Value = Area> {
+    one_of(Area::ALL, Area::name, |area| match area {
+        Area::True => "The area: the length of the sides' cross product",
+        Area::Product => {
+            "The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`, \
+             as is widespread. Right only where they are at right angles"
+        }
+    })
+}
+
+/// Accepts the names of `values`. The library does not know clap, so its enums do not derive `ValueEnum`.
+fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    values: [T; N],
+    name: fn(T) -> &'static str,
+    help: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let possible = values.map(|value| PossibleValue::new(name(value)).help(help(value)));
+    PossibleValuesParser::new(possible).map(move |chosen| {
+        let value = values.into_iter().find(|&value| name(value) == chosen);
+        value.expect("clap accepts these names only")
+    })
 }
 
 fn not_negative(text: &str) -> Result<f32, String> {
@@ -396,7 +429,7 @@ impl Report {
             format!("device  {} ({})", device.name, device.driver),
         ];
         if let Some(caustic) = &self.caustic {
-            let method = format!("{:?}", caustic.method).to_lowercase();
+            let method = caustic.method.name();
             let unit = if caustic.method == Method::Points {
                 "points"
             } else {

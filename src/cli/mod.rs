@@ -15,8 +15,8 @@ pub mod terminal;
 mod timeline;
 
 use clap::{Parser, Subcommand};
-use nephroid::Result;
 use nephroid::scene::{self, Loaded, MAX_LIGHT_MAP_SIDE, light_map_side};
+use nephroid::{Error, Result};
 use std::path::Path;
 use std::str::FromStr;
 use terminal::log_some;
@@ -54,6 +54,28 @@ impl Cli {
             Command::Devices(arguments) => devices::run(&arguments),
             Command::Completions(arguments) => completions::run(&arguments),
         }
+    }
+}
+
+/// What the log says of an error: the library does not know the commands.
+pub fn message(error: &Error) -> String {
+    match error {
+        Error::NoDevice { .. } => format!("{error}; `nephroid devices` lists what is found"),
+        Error::Cancelled => signals::STOPPED.into(),
+        _ => error.to_string(),
+    }
+}
+
+/// Exit code of a command that failed; those of a signal depend on which one it was.
+pub fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::Validation { .. } => 1,
+        Error::Usage { .. } | Error::Output { .. } => 2,
+        Error::Input { .. } => 3,
+        Error::NoDevice { .. } | Error::Host { .. } => 4,
+        Error::Device { .. } => 5,
+        Error::Frames { .. } => 6,
+        Error::Cancelled => signals::exit_code(),
     }
 }
 

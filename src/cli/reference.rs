@@ -2,14 +2,14 @@
 
 use super::files::{MapFiles, lossy};
 use super::signals::cancelled;
-use super::terminal::{log, print, print_json, progress_bar};
+use super::terminal::{log, log_some, print, print_json, progress_bar};
 use super::timeline::{Timeline, each_frame};
 use super::{LightMapSize, load_scene};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::Result;
 use nephroid::image_file::{Layer, RgbImage, write_exr};
-use nephroid::reference::{Map, Options, Progress, cached_caustic, caustic};
+use nephroid::reference::{Cached, Map, Options, Progress, cached_caustic, caustic};
 use nephroid::scene::Scene;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -124,11 +124,19 @@ fn make(
         seed: arguments.seed,
     };
     let start = Instant::now();
-    let solve = match arguments.no_cache {
-        true => caustic,
-        false => cached_caustic,
+    let Cached {
+        reference,
+        from_cache,
+        warnings,
+    } = match arguments.no_cache {
+        true => Cached {
+            reference: caustic(scene, receiver, texels, &options, progress, cancel)?,
+            from_cache: false,
+            warnings: Vec::new(),
+        },
+        false => cached_caustic(scene, receiver, texels, &options, progress, cancel)?,
     };
-    let reference = solve(scene, receiver, texels, &options, progress, cancel)?;
+    log_some("warning", &warnings);
     if reference.relative_error > options.error {
         let percent = 100.0 * reference.relative_error;
         log(
@@ -160,7 +168,7 @@ fn make(
         height: reference.height,
         relative_error: reference.relative_error,
         samples: reference.samples,
-        from_cache: reference.from_cache,
+        from_cache,
         received_flux: reference.received_flux,
         seconds: start.elapsed().as_secs_f64(),
     })

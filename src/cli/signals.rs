@@ -14,8 +14,11 @@ use std::time::{Duration, Instant};
 
 /// Becomes true at the first signal.
 static CANCELLED: AtomicBool = AtomicBool::new(false);
-/// The exit code for the signal that came; 0 before.
-static CODE: AtomicUsize = AtomicUsize::new(0);
+/// The exit code for the signal that came.
+static CODE: AtomicUsize = AtomicUsize::new(130);
+
+/// Logged when the program ends by a signal.
+pub const STOPPED: &str = "stopped by Ctrl-C or a signal";
 
 /// How long a command may take to stop by itself.
 const GRACE: Duration = Duration::from_millis(700);
@@ -27,10 +30,8 @@ pub fn cancelled() -> &'static AtomicBool {
 }
 
 /// The exit code of a program that was stopped: 130 by Ctrl-C, 143 by SIGTERM and SIGHUP.
-pub fn exit_code() -> Option<u8> {
-    u8::try_from(CODE.load(Ordering::Relaxed))
-        .ok()
-        .filter(|code| *code != 0)
+pub fn exit_code() -> u8 {
+    CODE.load(Ordering::Relaxed) as u8
 }
 
 /// Listens from now on. Files are replaced whole and temporary ones removed, so that a stop leaves nothing
@@ -57,7 +58,7 @@ pub fn listen() {
         CANCELLED.store(true, Ordering::Relaxed);
         thread::sleep(GRACE);
         remove_temporary_files();
-        log("error", &nephroid::Error::Cancelled.to_string());
+        log("error", STOPPED);
         // Without the libraries' own handlers, which may wait for work that still runs.
         low_level::exit(exit_code as i32);
     });

@@ -140,6 +140,7 @@ pub fn each_frame<T>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::exit_code;
     use super::*;
 
     #[test]
@@ -188,13 +189,13 @@ mod tests {
         };
         assert_eq!(run(&[]).unwrap(), [1.5, 2.0, 2.5, 3.0]);
         let some = run(&[4, 6]).unwrap_err();
-        assert_eq!(some.exit_code(), 6);
+        assert_eq!(exit_code(&some), 6);
         assert!(
             some.to_string()
                 .starts_with("2 of 4 frames failed (4, 6); the first: bad 4")
         );
-        assert_eq!(run(&[3, 4, 5, 6]).unwrap_err().exit_code(), 2);
+        assert_eq!(exit_code(&run(&[3, 4, 5, 6]).unwrap_err()), 2);
         let cancelled = each_frame(&shots, &AtomicBool::new(true), |_| Ok(()));
-        assert_eq!(cancelled.unwrap_err().exit_code(), 130);
+        assert_eq!(exit_code(&cancelled.unwrap_err()), 130);
     }
 }

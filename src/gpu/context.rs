@@ -111,7 +111,7 @@ impl Context {
             .map_err(|e| Error::Device {
                 action: "setting up the memory allocator".into(),
                 reason: e.to_string(),
-                remedy: "name another --device".into(),
+                remedy: "choose another device".into(),
             })?,
         };
         let debug =

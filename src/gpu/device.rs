@@ -12,7 +12,7 @@ use std::ffi::CStr;
 use std::ops::Deref;
 use std::sync::{Arc, Mutex};
 
-/// A device as `nephroid devices` lists it.
+/// A device, as [`super::list_devices`] finds it.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct DeviceInfo {
     pub name: String,
@@ -326,7 +326,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
                 .ok_or_else(|| {
                     no_device(
                         format!("none is called {wanted:?}; there is: {}", found()),
-                        "give --device an index or a part of a name that `nephroid devices` lists",
+                        "choose a device by its index or a part of its name",
                     )
                 })?
         }
@@ -348,7 +348,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
     if let Some(reason) = &info.unsuitable {
         return Err(no_device(
             format!("{}: {reason}", info.name),
-            "name another --device or update the driver",
+            "choose another device or update the driver",
         ));
     }
     let family = queue_family(instance, *physical).expect("checked by `unsuitable`");
@@ -373,7 +373,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
     let device = unsafe { instance.create_device(*physical, &create, None) }.map_err(|error| {
         no_device(
             format!("{} cannot be opened: {error}", info.name),
-            "name another --device",
+            "choose another device",
         )
     })?;
     let device = Device {

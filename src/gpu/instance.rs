@@ -9,7 +9,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 pub const INSTALL_DRIVER: &str = "install a Vulkan driver for your GPU, or the software renderer lavapipe \
-     (Debian and Ubuntu: apt-get install libvulkan1 mesa-vulkan-drivers); `nephroid devices` lists what is found";
+     (Debian and Ubuntu: apt-get install libvulkan1 mesa-vulkan-drivers)";
 
 const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -170,6 +170,6 @@ fn check_layer(entry: &ash::Entry) -> Result<()> {
     }
     Err(no_device(
         "the validation layer VK_LAYER_KHRONOS_validation is not installed",
-        "install it (Debian and Ubuntu: apt-get install vulkan-validationlayers) or leave out --validate",
+        "install it (Debian and Ubuntu: apt-get install vulkan-validationlayers) or run without the layer",
     ))
 }

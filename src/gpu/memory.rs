@@ -426,8 +426,8 @@ impl Image {
                 reason: format!(
                     "it has {width}×{height} texels and the device allows {most} a side"
                 ),
-                remedy: "ask for a smaller picture, light map or environment, or name another \
-                         --device"
+                remedy: "ask for a smaller picture, light map or environment, or choose \
+                         another device"
                     .into(),
             });
         }

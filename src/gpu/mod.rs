@@ -41,12 +41,12 @@ fn device_error(action: &str) -> impl FnOnce(vk::Result) -> Error + '_ {
         },
         remedy: match result {
             vk::Result::ERROR_DEVICE_LOST => {
-                "ask for fewer samples or smaller light maps, update the driver, or name another --device"
+                "ask for fewer samples or smaller light maps, update the driver, or choose another device"
             }
             vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
                 "ask for fewer samples or smaller light maps"
             }
-            _ => "run again with --validate, which says more, or name another --device",
+            _ => "run again under the validation layers, which say more, or choose another device",
         }
         .into(),
     }

@@ -475,7 +475,7 @@ impl Recorder {
                     "it needs {} workgroups and the device allows {}",
                     groups[axis], most[axis]
                 ),
-                remedy: "ask for fewer samples, or name another --device".into(),
+                remedy: "ask for fewer samples, or choose another device".into(),
             });
             return;
         }

@@ -11,7 +11,6 @@ use crate::image_file::RgbImage;
 use crate::reference::Reference;
 use crate::render::{Area, Method, Renderer, Settings};
 use crate::scene::{LightKind, Scene};
-use clap::ValueEnum;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -294,16 +293,14 @@ pub fn sweep(
     let receiver_name = &scene.objects[receiver].name;
     let useless = |reason: String| Error::Usage {
         reason: format!("scene {name}: {reason}"),
-        remedy: "leave the scene out, or choose another --receiver".into(),
+        remedy: "leave the scene out, or choose another receiver".into(),
     };
     if reference.received_flux.iter().sum::<f64>() <= 0.0 {
         return Err(useless(format!(
             "no mirror throws light on `{receiver_name}`"
         )));
     }
-    let mut curves: Vec<Curve> = (Method::value_variants().iter())
-        .flat_map(|&method| curves(method))
-        .collect();
+    let mut curves: Vec<Curve> = Method::ALL.into_iter().flat_map(curves).collect();
     let mut left_out = Vec::new();
     curves.retain(|curve| {
         let nothing = missing_light(scene, curve.settings.method) == Some(Missing::All);

@@ -17,11 +17,18 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+/// What [`cached_caustic`] found or computed.
+#[derive(Debug)]
+pub struct Cached {
+    pub reference: Reference,
+    /// Whether an earlier run had computed it.
+    pub from_cache: bool,
+    /// Of an entry that was damaged and is made again, and of a folder that cannot be written.
+    pub warnings: Vec<String>,
+}
+
 /// [`caustic`], or what it found for the same input before: the result is kept in the folder
 /// `nephroid/references` of the user's cache folder, 48 bytes a texel.
-///
-/// A damaged entry is made again with a note on stderr; a folder that cannot be written gives a
-/// warning there.
 ///
 /// # Errors
 /// As [`caustic`].
@@ -32,7 +39,7 @@ pub fn cached_caustic(
     options: &Options,
     progress: &mut dyn FnMut(&Progress),
     cancel: &AtomicBool,
-) -> Result<Reference> {
+) -> Result<Cached> {
     super::check(texels, options)?;
     let entry = (dirs::cache_dir()).map(|cache| {
         let key = key(scene, receiver, texels, options);
@@ -42,14 +49,21 @@ pub fn cached_caustic(
         .light_maps()
         .iter()
         .any(|(index, _)| *index == receiver);
+    let mut warnings = Vec::new();
     if let Some(entry) = entry.as_ref().filter(|_| is_receiver) {
         match entry.read(texels) {
-            Ok(Some(reference)) => return Ok(reference),
+            Ok(Some(reference)) => {
+                return Ok(Cached {
+                    reference,
+                    from_cache: true,
+                    warnings,
+                });
+            }
             Ok(None) => {}
-            Err(reason) => eprintln!(
-                "note: {}: {reason}; the reference is made again",
+            Err(reason) => warnings.push(format!(
+                "{}: {reason}; the reference was made again",
                 entry.file.display()
-            ),
+            )),
         }
     }
     let reference = caustic(scene, receiver, texels, options, progress, cancel)?;
@@ -58,9 +72,15 @@ pub fn cached_caustic(
         None => Err("the user has no cache folder".into()),
     };
     if let Err(reason) = kept {
-        eprintln!("warning: the reference is not kept for later runs: {reason}");
+        warnings.push(format!(
+            "the reference is not kept for later runs: {reason}"
+        ));
     }
-    Ok(reference)
+    Ok(Cached {
+        reference,
+        from_cache: false,
+        warnings,
+    })
 }
 
 /// What the entry in `file` holds under `key`; for the fuzz target.
@@ -121,7 +141,6 @@ impl Entry {
             relative_error: header[0],
             samples: header[1].to_bits(),
             received_flux: [header[2], header[3], header[4]],
-            from_cache: true,
         }))
     }
 
@@ -323,12 +342,7 @@ mod tests {
         let reference = solve(&options);
         entry.write(&reference).unwrap();
         let read = entry.read([8, 8]).unwrap().unwrap();
-        assert!(read.from_cache && !reference.from_cache);
-        let expected = Reference {
-            from_cache: true,
-            ..reference
-        };
-        assert_eq!(format!("{read:?}"), format!("{expected:?}"));
+        assert_eq!(format!("{read:?}"), format!("{reference:?}"));
 
         let whole = std::fs::read(&entry.file).unwrap();
         for index in (0..whole.len()).step_by(97) {

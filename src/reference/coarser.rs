@@ -64,7 +64,6 @@ mod tests {
             relative_error: 1.0,
             samples: 7,
             received_flux: [3.0; 3],
-            from_cache: false,
         };
         let coarse = fine.coarser(2);
         assert_eq!((coarse.width, coarse.height), (2, 1));

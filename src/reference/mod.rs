@@ -48,7 +48,7 @@ use receiver::{CurvedReceiver, FlatReceiver, Receiver};
 use std::sync::atomic::{AtomicBool, Ordering};
 use visibility::Blockers;
 
-pub use cache::{cached_caustic, read_cache_entry};
+pub use cache::{Cached, cached_caustic, read_cache_entry};
 pub use rounds::{Progress, REPLICATES};
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
@@ -95,8 +95,6 @@ pub struct Reference {
     pub samples: u64,
     /// Flux that the receiver collects, RGB, W.
     pub received_flux: [f64; 3],
-    /// Whether [`cached_caustic`] found it on disk.
-    pub from_cache: bool,
 }
 
 /// What is to be solved, in the form that both methods use.
@@ -159,7 +157,6 @@ pub fn caustic(
         standard_error: solution.standard_error,
         relative_error: solution.relative_error,
         samples: solution.samples,
-        from_cache: false,
     })
 }
 

@@ -1,7 +1,7 @@
 //! What to compute and how finely.
 
 /// How the caustic is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// Patches are imaged to footprints, which are added up.
@@ -14,8 +14,22 @@ pub enum Method {
     Beams,
 }
 
+impl Method {
+    pub const ALL: [Self; 4] = [Self::Footprint, Self::Pinhole, Self::Points, Self::Beams];
+
+    /// In reports and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Footprint => "footprint",
+            Self::Pinhole => "pinhole",
+            Self::Points => "points",
+            Self::Beams => "beams",
+        }
+    }
+}
+
 /// How `beams` compares the area of a patch with that of its image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Area {
     /// The area: the length of the sides' cross product.
@@ -23,6 +37,18 @@ pub enum Area {
     /// The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`,
     /// as is widespread. Right only where they are at right angles.
     Product,
+}
+
+impl Area {
+    pub const ALL: [Self; 2] = [Self::True, Self::Product];
+
+    /// In reports and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::True => "true",
+            Self::Product => "product",
+        }
+    }
 }
 
 /// What to compute and how finely.

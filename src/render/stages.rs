@@ -38,7 +38,7 @@ pub fn caustic(
                         "the method beams lights rects only, and object `{}` is a mesh with a light map",
                         scene.scene.objects[tile.object].name
                     ),
-                    remedy: "name another --method, or remove the object's `lightmap`".into(),
+                    remedy: "choose another method, or remove the object's `lightmap`".into(),
                 });
             }
             let projector = triangles(context, scene, &sample.patches, settings.area)?;

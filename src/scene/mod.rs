@@ -22,9 +22,6 @@ pub use atlas::{Atlas, NoLayout, Piece, Texel, Unwrapping};
 pub use load::{Loaded, load};
 
 use glam::{DMat3, DVec2, DVec3};
-use parry3d_f64::math::Vector;
-use parry3d_f64::query::PointQuery;
-use parry3d_f64::shape::Triangle;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -258,11 +255,7 @@ impl Mesh {
     /// From `point` to the nearest point of the triangles, m; infinite where there is none.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         let distance = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|corner| {
-                let corner = self.positions[corner as usize] - point;
-                Vector::new(corner.x, corner.y, corner.z)
-            });
-            Triangle::new(a, b, c).distance_to_local_point(Vector::ZERO, true)
+            origin_to_triangle(corners.map(|corner| self.positions[corner as usize] - point))
         };
         (self.triangles.iter())
             .map(distance)
@@ -285,6 +278,23 @@ impl Mesh {
         let [a, b, c] = self.corners(triangle);
         a + weights.x * (b - a) + weights.y * (c - a)
     }
+}
+
+/// From the origin to the nearest point of the triangle.
+fn origin_to_triangle([a, b, c]: [DVec3; 3]) -> f64 {
+    let edges = [[a, b], [b, c], [c, a]];
+    if let Some(normal) = (b - a).cross(c - a).try_normalize()
+        && edges.iter().all(|[p, q]| normal.dot(p.cross(*q)) >= 0.0)
+    {
+        return normal.dot(a).abs();
+    }
+    let to_edge = |[p, q]: [DVec3; 2]| {
+        let edge = q - p;
+        // An edge without length is its corner.
+        let place = -p.dot(edge) / edge.length_squared().max(f64::MIN_POSITIVE);
+        (p + place.clamp(0.0, 1.0) * edge).length()
+    };
+    edges.map(to_edge).into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Rectangle origin + u·edge_u + v·edge_v, u, v ∈ [0, 1]; front face toward edge_u × edge_v.
@@ -456,5 +466,37 @@ impl Scene {
                     _ => None,
                 },
             )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_to_a_triangle() {
+        let mesh = Mesh {
+            positions: vec![DVec3::ZERO, 4.0 * DVec3::X, 3.0 * DVec3::Z],
+            normals: vec![DVec3::NEG_Y; 3],
+            triangles: vec![[0, 1, 2]],
+        };
+        for (x, y, z, distance) in [
+            (1.0, 2.0, 1.0, 2.0),   // over the inside
+            (1.0, -2.0, 1.0, 2.0),  // under it
+            (2.0, 0.0, -3.0, 3.0),  // beside an edge
+            (4.0, 0.0, 3.0, 2.4),   // beside the longest edge
+            (7.0, 4.0, 0.0, 5.0),   // past a corner
+            (-3.0, 0.0, -4.0, 5.0), // past another
+            (1.0, 0.0, 1.0, 0.0),
+        ] {
+            let found = mesh.distance_to(DVec3::new(x, y, z));
+            assert!((found - distance).abs() < 1e-15, "{x} {y} {z}: {found}");
+        }
+        let line = Mesh {
+            triangles: vec![[0, 1, 1]],
+            ..mesh
+        };
+        assert_eq!(line.distance_to(DVec3::new(7.0, 4.0, 0.0)), 5.0);
+        assert_eq!(Mesh::default().distance_to(DVec3::ZERO), f64::INFINITY);
     }
 }

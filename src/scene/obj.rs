@@ -32,7 +32,7 @@ pub struct Part {
 struct Content {
     parts: Vec<FilePart>,
     /// Of its faces.
-    topology: blake3::Hash,
+    topology: u64,
 }
 
 /// A [`Part`] of one file.

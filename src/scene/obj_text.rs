@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::input::at_line;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
 /// Largest coordinate, m.
@@ -93,18 +94,17 @@ impl<'a> Contents<'a> {
     }
 
     /// A digest of the faces: the positions of their corners, by number, and their materials.
-    pub fn topology(&self) -> blake3::Hash {
-        let mut hasher = blake3::Hasher::new();
+    pub fn topology(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
         for (face, corners) in self.polygons() {
             let name = (self.materials.get(face.material as usize)).map_or("", |(name, _)| name);
-            hasher.update(&(name.len() as u64).to_le_bytes());
-            hasher.update(name.as_bytes());
-            hasher.update(&(corners.len() as u64).to_le_bytes());
+            name.hash(&mut hasher);
+            corners.len().hash(&mut hasher);
             for corner in corners {
-                hasher.update(&corner.position.to_le_bytes());
+                corner.position.hash(&mut hasher);
             }
         }
-        hasher.finalize()
+        hasher.finish()
     }
 
     fn add(&mut self, number: usize, line: &'a str) -> Result<(), String> {

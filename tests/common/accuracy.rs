@@ -150,7 +150,7 @@ fn solver(case: &Case) -> String {
         Solver::Reference(error) => format!("`reference --error {error}`"),
         Solver::Renderer(settings) => {
             let settings: Settings = settings();
-            let method = format!("{:?}", settings.method).to_lowercase();
+            let method = settings.method.name();
             let epsilon = if settings.method == Method::Pinhole {
                 format!(" --epsilon {}", settings.epsilon)
             } else {

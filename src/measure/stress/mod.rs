@@ -65,13 +65,6 @@ const fn contender(method: Method, samples: u32, most_pairs: f64) -> Contender {
 const TRACED: f64 = 30.0;
 
 impl Contender {
-    /// As on the command line.
-    pub fn name(&self) -> String {
-        use clap::ValueEnum;
-        let value = self.method.to_possible_value();
-        value.expect("no method is hidden").get_name().to_owned()
-    }
-
     fn settings(&self, effort: f64) -> Settings {
         Settings {
             method: self.method,
@@ -172,7 +165,7 @@ pub fn run(
     };
     for contender in contenders {
         report.series.push(Series {
-            method: contender.name(),
+            method: contender.method.name().into(),
             points: Vec::new(),
         });
     }
@@ -198,7 +191,7 @@ pub fn run(
                 *base = maps(context, sweep, contender, value)?.map(|(_, mut maps)| maps.remove(0));
             }
             if let Some(end) = &mut end {
-                end.add(contender.name(), &frames[0], &truth.maps[0]);
+                end.add(contender.method.name().into(), &frames[0], &truth.maps[0]);
             }
             let measures = measure(frames, &truth.maps, base.as_ref())?;
             report.series[number].points.push(Point {

@@ -124,7 +124,7 @@ fn page(report: &Report) -> String {
         ("Schema", &report.schema.to_string()),
     ]);
     let settings: Vec<String> = (CONTENDERS.iter())
-        .map(|contender| format!("{} {}", contender.name(), contender.samples))
+        .map(|contender| format!("{} {}", contender.method.name(), contender.samples))
         .collect();
     let introduction = format!(
         "<p>Each section sweeps one parameter through a place where methods fail, at fixed settings. \

@@ -86,7 +86,7 @@ impl CellPatchPairs {
         let what = format!("{budget} images of parts of the sky");
         memory::check(&what, PAIR * budget as u64).map_err(|reason| Error::Usage {
             reason,
-            remedy: "free some memory, or ask for fewer samples or --sky-images".into(),
+            remedy: "free some memory, or ask for fewer samples or sky images".into(),
         })?;
         let steps = |first: usize, factor: usize| {
             std::iter::successors(Some(first), move |count| Some(count * factor))

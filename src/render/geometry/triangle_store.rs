@@ -45,7 +45,7 @@ impl TriangleStore {
                 reason: format!(
                     "the scene has {count} triangles, and a buffer on this device holds {most}"
                 ),
-                remedy: "use coarser meshes, or name another --device".into(),
+                remedy: "use coarser meshes, or choose another device".into(),
             });
         }
         let origin = middle(meshes);
