@@ -82,6 +82,40 @@ pub fn render(size: [u32; 2], frames: u32, validate: bool) -> Result<Rendered> {
     })
 }
 
+/// Lends a device of a host, as often as it is asked for.
+#[allow(dead_code)] // for a test
+pub fn with_external(use_it: impl FnOnce(&dyn Fn() -> External)) {
+    let host = Host::new(None).expect("a host");
+    use_it(&|| host.external());
+}
+
+/// Lends a device of a host with a command buffer that is recording.
+#[allow(dead_code)] // for a test
+pub fn with_commands(use_it: impl FnOnce(External, vk::CommandBuffer)) {
+    let host = Host::new(None).expect("a host");
+    // SAFETY: the pool goes when nobody records any more; nothing was submitted.
+    unsafe {
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(host.queue_family);
+        let pool = host
+            .device
+            .create_command_pool(&info, None)
+            .expect("a pool");
+        let info = vk::CommandBufferAllocateInfo::default()
+            .command_pool(pool)
+            .command_buffer_count(1);
+        let buffers = host
+            .device
+            .allocate_command_buffers(&info)
+            .expect("a buffer");
+        let begin = vk::CommandBufferBeginInfo::default();
+        host.device
+            .begin_command_buffer(buffers[0], &begin)
+            .expect("begun");
+        use_it(host.external(), buffers[0]);
+        host.device.destroy_command_pool(pool, None);
+    }
+}
+
 struct Host {
     // Dropped by hand, in this order.
     allocator: Option<Arc<Mutex<Allocator>>>,

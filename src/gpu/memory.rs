@@ -228,6 +228,8 @@ enum Copy {
         to: vk::Image,
         region: vk::BufferImageCopy,
     },
+    /// Later copies overwrite what earlier ones wrote.
+    Barrier,
 }
 
 /// Host memory by way of which buffers and images are filled. It has a slot for each frame in flight, since the
@@ -265,6 +267,13 @@ impl Staging {
             idle: 0,
             copies: Vec::new(),
             new_images: Vec::new(),
+        }
+    }
+
+    /// Begins writes that may overwrite earlier ones, which were not recorded yet.
+    pub fn begin(&mut self) {
+        if !self.copies.is_empty() {
+            self.copies.push(Copy::Barrier);
         }
     }
 
@@ -368,6 +377,9 @@ impl Staging {
             match copy {
                 Copy::ToBuffer { from, to, region } => recorder.copy_buffer(from, to, region),
                 Copy::ToImage { from, to, region } => recorder.copy_to_image(from, to, region),
+                Copy::Barrier => {
+                    recorder.barrier(Access::TRANSFER_WRITE, Access::TRANSFER_WRITE);
+                }
             }
         }
         self.is_recorded = true;

@@ -85,6 +85,7 @@ impl DeviceScene {
         }
         let is_stale = std::mem::replace(&mut self.is_stale, true);
         let staging = &mut self.staging;
+        staging.begin();
         let moved: Vec<usize> = (0..scene.objects.len())
             .filter(|&i| is_stale || !same_geometry(&self.scene.objects[i], &scene.objects[i]))
             .collect();

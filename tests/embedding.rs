@@ -1,0 +1,168 @@
+//! A host application with its own device: the frames that it records are those of the blocking calls, bit for bit.
+
+#![cfg(feature = "cli")]
+
+mod common;
+#[path = "../examples/embed_ash/host.rs"]
+mod host;
+
+use ash::vk;
+use common::{footprint, only_receiver};
+use nephroid::Error;
+use nephroid::gpu::{Context, External};
+use nephroid::render::{Frame, Renderer, Settings};
+use nephroid::scene::Scene;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// 120 frames of a spinning ring, two in flight, under all checks of the validation layers.
+#[test]
+fn a_host_gets_the_bits_of_the_blocking_calls() {
+    const FRAMES: u32 = 120;
+    let rendered = host::render([160, 90], FRAMES, true).unwrap();
+    assert_eq!(rendered.messages, Vec::<String>::new());
+    let colours = rendered.picture.chunks(4).map(|pixel| pixel[0]);
+    assert!(colours.clone().max() > Some(200) && colours.min() < Some(50));
+
+    let still = host::scene().unwrap();
+    let device = common::Device::open();
+    let mut renderer = device.renderer(&host::scene_at(&still, 0), &Settings::default());
+    for frame in 1..FRAMES {
+        renderer.update(&host::scene_at(&still, frame)).unwrap();
+    }
+    renderer.caustic().unwrap();
+    let floor = still.object_index("floor").unwrap();
+    let blocking = renderer.read_caustic(floor).unwrap();
+    let bits = |rgb: &[f32; 3]| rgb.map(f32::to_bits);
+    // The floor's tile is at the left edge, beside its coarser levels.
+    let row = rendered.light_map.len() / blocking.height as usize;
+    let mut lit = 0;
+    for (index, pixel) in blocking.pixels.iter().enumerate() {
+        let (x, y) = (
+            index % blocking.width as usize,
+            index / blocking.width as usize,
+        );
+        let [r, g, b, _] = rendered.light_map[y * row + x];
+        assert_eq!(bits(&[r, g, b]), bits(pixel), "texel {x}, {y}");
+        lit += usize::from(*pixel != [0.0; 3]);
+    }
+    assert!(lit > blocking.pixels.len() / 10);
+}
+
+/// What a device lacks is named.
+#[test]
+fn an_unsuitable_device_of_a_host_is_refused() {
+    host::with_external(|external| {
+        let refused = |change: &dyn Fn(&mut External), part: &str| {
+            let mut external = external();
+            change(&mut external);
+            // SAFETY: nothing is made with what is refused.
+            let error = unsafe { Context::from_raw(external) }.err().unwrap();
+            assert!(matches!(error, Error::Host { .. }), "{error}");
+            assert!(error.to_string().contains(part), "{error}");
+        };
+        refused(
+            &|external| external.features.synchronization2 = vk::FALSE,
+            "made without the feature synchronization2",
+        );
+        refused(
+            &|external| external.api_version = vk::API_VERSION_1_2,
+            "made for Vulkan 1.2",
+        );
+        refused(&|external| external.queue_family = 99, "no queue family 99");
+    });
+}
+
+/// Blocking calls and command buffers that are none, on the device of a host; scenes that change kind.
+#[test]
+fn a_frame_that_cannot_be_recorded_is_refused_before_it_is_begun() {
+    let scene = only_receiver(common::load("mirror.toml"), "floor", [32, 32]);
+    host::with_external(|external| {
+        // SAFETY: the host outlives the context.
+        let context = unsafe { Context::from_raw(external()) }.unwrap();
+        let mut renderer = Renderer::new(&context, &scene, &footprint(64)).unwrap();
+        for error in [
+            renderer.caustic().unwrap_err(),
+            renderer.direct().unwrap_err(),
+            renderer.view(&scene.camera, [8, 8], 1).unwrap_err(),
+            renderer.read_caustic(0).unwrap_err(),
+        ] {
+            assert!(
+                matches!(error, Error::Host { .. } | Error::Usage { .. }),
+                "{error}"
+            );
+        }
+        let frame = |scene| Frame {
+            scene,
+            direct: false,
+        };
+        // SAFETY: nothing is recorded.
+        let error = unsafe { renderer.record(vk::CommandBuffer::null(), &frame(&scene)) };
+        assert!(matches!(error, Err(Error::Host { .. })));
+        let mut other: Scene = scene.clone();
+        other.lights.clear();
+        // SAFETY: as above: the scene is looked at first.
+        let error = unsafe { renderer.record(vk::Handle::from_raw(1), &frame(&other)) };
+        let text = error.err().unwrap().to_string();
+        assert!(text.contains("it had 1 lights and has 0"), "{text}");
+    });
+    // Nor does a device of ours record for a host.
+    let device = common::Device::open();
+    let mut renderer = device.renderer(&scene, &footprint(64));
+    let frame = Frame {
+        scene: &scene,
+        direct: false,
+    };
+    // SAFETY: as above.
+    let error = unsafe { renderer.record(vk::CommandBuffer::null(), &frame) };
+    assert!(matches!(error, Err(Error::Host { .. })));
+}
+
+/// Counts what a thread allocates while it counts.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<Option<usize>> = const { Cell::new(None) };
+}
+
+// SAFETY: the system's allocator does the work.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let _ = COUNT.try_with(|count| count.set(count.get().map(|count| count + 1)));
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Of a scene that stands still, with lights and an environment, receivers of both kinds, and direct light.
+#[test]
+fn recording_a_still_scene_allocates_nothing() {
+    for name in ["globe.toml", "pool_sky.toml"] {
+        let scene = common::load(name);
+        host::with_commands(|external, commands| {
+            // SAFETY: the host outlives the context.
+            let context = unsafe { Context::from_raw(external) }.unwrap();
+            let mut renderer = Renderer::new(&context, &scene, &footprint(256)).unwrap();
+            let frame = Frame {
+                scene: &scene,
+                direct: true,
+            };
+            let mut record = || {
+                COUNT.set(Some(0));
+                // SAFETY: recording; never submitted.
+                unsafe { renderer.record(commands, &frame) }.unwrap();
+                COUNT.take().unwrap()
+            };
+            let counts = [record(), record(), record(), record()];
+            assert_eq!(counts[2..], [0, 0], "{name}: {counts:?}");
+        });
+    }
+}
