@@ -1,39 +1,16 @@
 //! Everything that lives as long as the open device: queue, memory allocator, pipelines, messages.
 
-use super::device::{self, Device, DeviceInfo, Opened};
+use super::device::{self, ContextOptions, Device, DeviceInfo, Opened};
+use super::host::{self, External};
 use super::instance::Instance;
 use super::pipeline::Pipelines;
 use super::pipeline_cache::PipelineCache;
+use super::requirements::Requirements;
 use super::validation::Messages;
 use crate::error::{Error, Result};
 use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::sync::{Arc, Mutex};
-
-/// How to open a device.
-#[derive(Debug, Clone, Default)]
-pub struct ContextOptions {
-    /// Index or part of the name of the device; else the first of [`super::list_devices`].
-    pub device: Option<String>,
-    /// Turn on the validation layers: core, synchronization, GPU-assisted.
-    pub validate: bool,
-}
-
-/// A device that a host application has opened. [`Context::requirements`] says what it must have.
-pub struct External {
-    pub entry: ash::Entry,
-    pub instance: ash::Instance,
-    pub physical_device: vk::PhysicalDevice,
-    pub device: ash::Device,
-    /// The family of the queue that runs what is recorded.
-    pub queue_family: u32,
-    /// The API version that the instance was made for.
-    pub api_version: u32,
-    /// The features that the device was made with.
-    pub features: vk::PhysicalDeviceVulkan13Features<'static>,
-    /// For all memory; else an allocator of its own.
-    pub allocator: Option<Arc<Mutex<Allocator>>>,
-}
 
 /// The open device. Everything made from it keeps it alive.
 pub struct Context {
@@ -79,8 +56,13 @@ impl Context {
     /// with, and instance and device outlive the context and everything that was made with it. The context and what
     /// was made with it are dropped only when the device does no more work of theirs.
     pub unsafe fn from_raw(external: External) -> Result<Arc<Self>> {
-        let (instance, opened, allocator) = device::adopt(external)?;
+        let (instance, opened, allocator) = host::adopt(external)?;
         Self::with_parts(instance, opened, None, allocator)
+    }
+
+    /// What a device must have, as data for hosts that make their own.
+    pub fn requirements() -> Requirements {
+        Requirements::default()
     }
 
     fn with_parts(

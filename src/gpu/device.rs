@@ -1,18 +1,24 @@
 //! Which device to take, what it must be able to do, and the logical device made from it.
 
-use super::Context;
-use super::context::{ContextOptions, External};
+use super::image::Image;
 use super::instance::{INSTALL_DRIVER, Instance, no_device};
-use super::memory::Image;
+use super::requirements::Requirements;
 use super::shader::{BindingKind, Shader, shaders};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use ash::vk;
-use gpu_allocator::vulkan::Allocator;
 use std::ffi::CStr;
 use std::ops::Deref;
-use std::sync::{Arc, Mutex};
 
-/// A device, as [`super::list_devices`] finds it.
+/// How to open a device.
+#[derive(Debug, Clone, Default)]
+pub struct ContextOptions {
+    /// Index or part of the name of the device; else the first of [`list_devices`].
+    pub device: Option<String>,
+    /// Turn on the validation layers: core, synchronization, GPU-assisted.
+    pub validate: bool,
+}
+
+/// A device, as [`list_devices`] finds it.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct DeviceInfo {
     pub name: String,
@@ -26,8 +32,8 @@ pub struct DeviceInfo {
 
 /// A logical device. One of ours destroys itself, after everything that was made from it; a host's does not.
 pub struct Device {
-    functions: ash::Device,
-    is_ours: bool,
+    pub(super) functions: ash::Device,
+    pub(super) is_ours: bool,
 }
 
 impl Deref for Device {
@@ -43,56 +49,6 @@ impl Drop for Device {
         if self.is_ours {
             // SAFETY: nothing made from the device is left.
             unsafe { self.functions.destroy_device(None) };
-        }
-    }
-}
-
-/// What a device must have. A host enables it when it makes its device; [`Context::new`] does so itself.
-#[derive(Debug, Clone, Copy)]
-pub struct Requirements {
-    /// Of instance and device, at least.
-    pub api_version: u32,
-    /// Those that are true must be enabled.
-    pub features: vk::PhysicalDeviceVulkan13Features<'static>,
-    /// Names of device extensions: none at present.
-    pub extensions: &'static [&'static CStr],
-    /// Of the queue's family.
-    pub queue_flags: vk::QueueFlags,
-    /// Format of the light maps. Its images must be blended into, stored to, and sampled linearly.
-    pub light_map_format: vk::Format,
-}
-
-impl Requirements {
-    /// The names of the features, and whether `features` has them.
-    fn features_of(
-        features: &vk::PhysicalDeviceVulkan13Features,
-    ) -> [(&'static str, vk::Bool32); 3] {
-        [
-            ("dynamicRendering", features.dynamic_rendering),
-            ("synchronization2", features.synchronization2),
-            ("maintenance4", features.maintenance4),
-        ]
-    }
-
-    fn missing_feature(features: &vk::PhysicalDeviceVulkan13Features) -> Option<&'static str> {
-        let mut missing =
-            (Self::features_of(features).into_iter()).filter(|(_, present)| *present == vk::FALSE);
-        missing.next().map(|(name, _)| name)
-    }
-}
-
-impl Context {
-    /// What a device must have, as data for hosts that make their own.
-    pub fn requirements() -> Requirements {
-        Requirements {
-            api_version: vk::API_VERSION_1_3,
-            features: vk::PhysicalDeviceVulkan13Features::default()
-                .dynamic_rendering(true)
-                .synchronization2(true)
-                .maintenance4(true),
-            extensions: &[],
-            queue_flags: vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE,
-            light_map_format: Image::FORMAT,
         }
     }
 }
@@ -134,7 +90,7 @@ fn ranked_devices(instance: &Instance) -> Result<Vec<vk::PhysicalDevice>> {
     Ok(devices)
 }
 
-fn describe(instance: &Instance, device: vk::PhysicalDevice) -> DeviceInfo {
+pub(super) fn describe(instance: &Instance, device: vk::PhysicalDevice) -> DeviceInfo {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     // SAFETY: a valid physical device.
     let basic = unsafe { instance.get_physical_device_properties(device) };
@@ -275,7 +231,7 @@ fn lacks(
 }
 
 fn queue_family(instance: &Instance, device: vk::PhysicalDevice) -> Option<u32> {
-    let needed = Context::requirements().queue_flags;
+    let needed = Requirements::default().queue_flags;
     // SAFETY: a valid physical device.
     unsafe { instance.get_physical_device_queue_family_properties(device) }
         .iter()
@@ -361,7 +317,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
         features.fragment_stores_and_atomics = supported.fragment_stores_and_atomics;
         features.vertex_pipeline_stores_and_atomics = supported.vertex_pipeline_stores_and_atomics;
     }
-    let mut v13 = Context::requirements().features;
+    let mut v13 = Requirements::default().features;
     let queues = [vk::DeviceQueueCreateInfo::default()
         .queue_family_index(family)
         .queue_priorities(&[1.0])];
@@ -390,7 +346,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
 }
 
 impl Opened {
-    fn new(
+    pub(super) fn new(
         instance: &Instance,
         physical: vk::PhysicalDevice,
         device: Device,
@@ -413,68 +369,6 @@ impl Opened {
             properties,
         }
     }
-}
-
-/// The device of a host, if it has what [`Context::requirements`] names.
-///
-/// # Errors
-/// [`Error::Host`] with what it lacks.
-#[allow(clippy::type_complexity)] // used once
-pub fn adopt(external: External) -> Result<(Instance, Opened, Option<Arc<Mutex<Allocator>>>)> {
-    let External {
-        entry,
-        instance,
-        physical_device,
-        device,
-        queue_family,
-        api_version,
-        features,
-        allocator,
-    } = external;
-    let lacks = |reason: String| {
-        Err(Error::Host {
-            reason,
-            remedy: "make instance and device with what Context::requirements names".into(),
-        })
-    };
-    let required = Context::requirements();
-    if api_version < required.api_version {
-        return lacks(format!(
-            "the instance is made for Vulkan {}.{}, and 1.3 is needed",
-            vk::api_version_major(api_version),
-            vk::api_version_minor(api_version)
-        ));
-    }
-    let instance = Instance::of_host(entry, instance);
-    let info = describe(&instance, physical_device);
-    if let Some(reason) = &info.unsuitable {
-        return lacks(format!("the device {} is unsuitable: {reason}", info.name));
-    }
-    if let Some(name) = Requirements::missing_feature(&features) {
-        return lacks(format!("the device was made without the feature {name}"));
-    }
-    // SAFETY: a valid physical device, as the host promises.
-    let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
-    match families.get(queue_family as usize) {
-        Some(family) if family.queue_flags.contains(required.queue_flags) => {}
-        Some(_) => {
-            return lacks(format!(
-                "queue family {queue_family} does not do both graphics and compute"
-            ));
-        }
-        None => {
-            return lacks(format!(
-                "there is no queue family {queue_family}: the device has {}",
-                families.len()
-            ));
-        }
-    }
-    let device = Device {
-        functions: device,
-        is_ours: false,
-    };
-    let opened = Opened::new(&instance, physical_device, device, info, queue_family);
-    Ok((instance, opened, allocator))
 }
 
 #[cfg(test)]

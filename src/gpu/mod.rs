@@ -3,26 +3,39 @@
 //! [`Context`] is the device, ours or a host's, [`Buffer`] and [`Image`] own their memory, [`BoundPipeline`] knows
 //! its bindings from the SPIR-V, [`Recorder`] fills a command buffer in named passes and submits ours.
 
+mod access;
+mod commands;
+mod compile;
 mod context;
 mod device;
+mod host;
 mod host_memory;
+mod image;
 mod instance;
 mod memory;
 mod pace;
 mod pipeline;
 mod pipeline_cache;
 mod recorder;
+mod requirements;
 mod shader;
+mod staging;
 mod timestamps;
 mod validation;
 
-pub use context::{Context, ContextOptions, External};
-pub use device::{DeviceInfo, Requirements, list_devices};
+pub use access::Access;
+pub use compile::Topology;
+pub use context::Context;
+pub use device::{ContextOptions, DeviceInfo, list_devices};
+pub use host::External;
 pub use host_memory::{keep_freed_memory, set_stack_of_threads};
-pub use memory::{Buffer, Image, Sampling, Staging};
-pub use pipeline::{BoundPipeline, Resource, Topology};
-pub use recorder::{Access, PassTime, Progress, Recorder, Submissions, Watcher};
+pub use image::{Image, Sampling};
+pub use memory::Buffer;
+pub use pipeline::{BoundPipeline, Resource};
+pub use recorder::{PassTime, Progress, Recorder, Submissions, Watcher};
+pub use requirements::Requirements;
 pub use shader::{Shader, StructLayout, shaders};
+pub use staging::Staging;
 pub use validation::Messages;
 
 use crate::error::Error;

@@ -1,88 +1,14 @@
 //! One command buffer: passes in named scopes, explicit barriers, submit and wait.
 
-use super::device::Device;
-use super::memory::{Buffer, Image};
 use super::pace::{Allowance, Pace};
 use super::timestamps::Timestamps;
-use super::{BoundPipeline, Context, device_error};
+use super::{Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
-use bytemuck::Pod;
 use std::ffi::CString;
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// One side of a barrier: which stages touch memory, and how.
-#[derive(Debug, Clone, Copy)]
-pub struct Access(vk::PipelineStageFlags2, vk::AccessFlags2);
-
-impl Access {
-    pub const COMPUTE_READ: Self = Self(
-        vk::PipelineStageFlags2::COMPUTE_SHADER,
-        vk::AccessFlags2::SHADER_READ,
-    );
-    pub const COMPUTE_WRITE: Self = Self(
-        vk::PipelineStageFlags2::COMPUTE_SHADER,
-        vk::AccessFlags2::SHADER_WRITE,
-    );
-    pub const COMPUTE: Self = Self::COMPUTE_READ.and(Self::COMPUTE_WRITE);
-    pub const VERTEX_READ: Self = Self(
-        vk::PipelineStageFlags2::VERTEX_SHADER,
-        vk::AccessFlags2::SHADER_READ,
-    );
-    pub const FRAGMENT_READ: Self = Self(
-        vk::PipelineStageFlags2::FRAGMENT_SHADER,
-        vk::AccessFlags2::SHADER_READ,
-    );
-    pub const INDEX_READ: Self = Self(
-        vk::PipelineStageFlags2::INDEX_INPUT,
-        vk::AccessFlags2::INDEX_READ,
-    );
-    pub const INDIRECT_READ: Self = Self(
-        vk::PipelineStageFlags2::DRAW_INDIRECT,
-        vk::AccessFlags2::INDIRECT_COMMAND_READ,
-    );
-    /// Blending reads and writes.
-    pub const BLEND: Self = Self(
-        vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
-        vk::AccessFlags2::from_raw(
-            vk::AccessFlags2::COLOR_ATTACHMENT_READ.as_raw()
-                | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw(),
-        ),
-    );
-    pub const TRANSFER_READ: Self = Self(
-        vk::PipelineStageFlags2::ALL_TRANSFER,
-        vk::AccessFlags2::TRANSFER_READ,
-    );
-    pub const TRANSFER_WRITE: Self = Self(
-        vk::PipelineStageFlags2::ALL_TRANSFER,
-        vk::AccessFlags2::TRANSFER_WRITE,
-    );
-    pub const HOST_READ: Self = Self(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
-    /// For uploads and read-backs, where speed does not matter.
-    pub const ANY_READ: Self = Self(
-        vk::PipelineStageFlags2::ALL_COMMANDS,
-        vk::AccessFlags2::MEMORY_READ,
-    );
-    pub const ANY_WRITE: Self = Self(
-        vk::PipelineStageFlags2::ALL_COMMANDS,
-        vk::AccessFlags2::MEMORY_WRITE,
-    );
-
-    /// For a barrier of a host.
-    pub fn masks(self) -> (vk::PipelineStageFlags2, vk::AccessFlags2) {
-        (self.0, self.1)
-    }
-
-    /// Both.
-    pub const fn and(self, other: Self) -> Self {
-        Self(
-            vk::PipelineStageFlags2::from_raw(self.0.as_raw() | other.0.as_raw()),
-            vk::AccessFlags2::from_raw(self.1.as_raw() | other.1.as_raw()),
-        )
-    }
-}
 
 /// What one pass cost.
 #[derive(Debug, Clone)]
@@ -130,13 +56,13 @@ pub type Watcher = Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>;
 ///
 /// After a failed submission ours begins anew, without what was recorded.
 pub struct Recorder {
-    context: Arc<Context>,
+    pub(super) context: Arc<Context>,
     /// Null for a host's command buffers.
     pool: vk::CommandPool,
-    commands: vk::CommandBuffer,
+    pub(super) commands: vk::CommandBuffer,
     /// Whether `commands` can be recorded to: not after a `begin` that failed, nor before
     /// [`Recorder::begin_host`].
-    recording: bool,
+    pub(super) recording: bool,
     fence: vk::Fence,
     timestamps: Timestamps,
     /// Passes recorded since the last submission.
@@ -148,7 +74,7 @@ pub struct Recorder {
     progress: Progress,
     watcher: Option<Watcher>,
     /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
-    refused: Option<Error>,
+    pub(super) refused: Option<Error>,
     wait_each_pass: bool,
 }
 
@@ -439,226 +365,6 @@ impl Recorder {
     pub fn submissions(&self) -> Submissions {
         self.submissions
     }
-
-    /// The device, to record a command.
-    fn device(&self) -> &Device {
-        assert!(
-            self.recording,
-            "after an error from `submit`, record within a `pass`, which can begin anew"
-        );
-        &self.context.device
-    }
-
-    /// Makes what `from` wrote visible to `to`, and orders them.
-    pub fn barrier(&mut self, from: Access, to: Access) {
-        let barrier = [vk::MemoryBarrier2::default()
-            .src_stage_mask(from.0)
-            .src_access_mask(from.1)
-            .dst_stage_mask(to.0)
-            .dst_access_mask(to.1)];
-        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
-        // SAFETY: a recording command buffer, outside of rendering.
-        unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
-    }
-
-    /// Runs a compute shader with at least `threads` threads along each axis, in as many whole
-    /// workgroups as that takes. Beyond the device's limit nothing is recorded, and
-    /// [`Recorder::submit`] fails.
-    pub fn dispatch<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P, threads: [u32; 3]) {
-        let groups = groups(threads, pipeline.local_size());
-        let limits = &self.context.properties.limits;
-        let most = limits.max_compute_work_group_count;
-        if let Some(axis) = (0..3).find(|&axis| groups[axis] > most[axis]) {
-            self.refused.get_or_insert(Error::Device {
-                action: format!("running {}", pipeline.name),
-                reason: format!(
-                    "it needs {} workgroups and the device allows {}",
-                    groups[axis], most[axis]
-                ),
-                remedy: "ask for fewer samples, or choose another device".into(),
-            });
-            return;
-        }
-        self.use_pipeline(pipeline, push);
-        // SAFETY: pipeline and resources are bound; the groups are within the limit.
-        unsafe {
-            self.device()
-                .cmd_dispatch(self.commands, groups[0], groups[1], groups[2])
-        };
-    }
-
-    /// Runs as many workgroups as command number `index` of `arguments` (`VkDispatchIndirectCommand`)
-    /// says.
-    pub fn dispatch_indirect<P: Pod>(
-        &mut self,
-        pipeline: &BoundPipeline,
-        push: &P,
-        arguments: &Buffer,
-        index: u32,
-    ) {
-        let offset = u64::from(index) * size_of::<vk::DispatchIndirectCommand>() as u64;
-        self.use_pipeline(pipeline, push);
-        // SAFETY: pipeline and resources are bound; the buffer holds the command.
-        unsafe {
-            self.device()
-                .cmd_dispatch_indirect(self.commands, arguments.handle, offset)
-        };
-    }
-
-    /// Draws into `target` the vertices that `indices` (u32) name, as many as `arguments` (a
-    /// `VkDrawIndexedIndirectCommand`) say. `clear`: it is all zero before.
-    pub fn draw_indexed_indirect<P: Pod>(
-        &mut self,
-        pipeline: &BoundPipeline,
-        target: &Image,
-        clear: bool,
-        push: &P,
-        indices: &Buffer,
-        arguments: &Buffer,
-    ) {
-        self.begin_rendering(target, clear);
-        self.use_pipeline(pipeline, push);
-        let (device, commands) = (self.device(), self.commands);
-        // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
-        unsafe {
-            device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
-            device.cmd_draw_indexed_indirect(commands, arguments.handle, 0, 1, 0);
-            device.cmd_end_rendering(commands);
-        }
-    }
-
-    /// Draws `vertices` vertices into `target`. `clear`: it is all zero before.
-    pub fn draw<P: Pod>(
-        &mut self,
-        pipeline: &BoundPipeline,
-        target: &Image,
-        clear: bool,
-        push: &P,
-        vertices: u32,
-    ) {
-        self.begin_rendering(target, clear);
-        self.use_pipeline(pipeline, push);
-        // SAFETY: pipeline, resources and target are bound.
-        unsafe {
-            self.device().cmd_draw(self.commands, vertices, 1, 0, 0);
-            self.device().cmd_end_rendering(self.commands);
-        }
-    }
-
-    /// Fills rows of an image with zeros, as a pass of its own.
-    pub fn clear(&mut self, image: &Image, rows: Range<u32>) {
-        self.begin_rendering_rows(image, true, rows);
-        // SAFETY: rendering was begun.
-        unsafe { self.device().cmd_end_rendering(self.commands) };
-    }
-
-    fn begin_rendering(&mut self, target: &Image, clear: bool) {
-        self.begin_rendering_rows(target, clear, 0..target.height);
-    }
-
-    fn begin_rendering_rows(&mut self, target: &Image, clear: bool, rows: Range<u32>) {
-        let area = vk::Rect2D {
-            offset: vk::Offset2D {
-                x: 0,
-                y: rows.start as i32,
-            },
-            extent: vk::Extent2D {
-                width: target.width,
-                height: rows.end - rows.start,
-            },
-        };
-        let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: target.width as f32,
-            height: target.height as f32,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
-        let attachments = [vk::RenderingAttachmentInfo::default()
-            .image_view(target.view)
-            .image_layout(vk::ImageLayout::GENERAL)
-            .load_op(match clear {
-                true => vk::AttachmentLoadOp::CLEAR,
-                false => vk::AttachmentLoadOp::LOAD,
-            })
-            .store_op(vk::AttachmentStoreOp::STORE)];
-        let info = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&attachments);
-        let device = self.device();
-        // SAFETY: a recording command buffer and a target in layout GENERAL.
-        unsafe {
-            device.cmd_begin_rendering(self.commands, &info);
-            device.cmd_set_viewport(self.commands, 0, &[viewport]);
-            device.cmd_set_scissor(self.commands, 0, &[area]);
-        }
-    }
-
-    fn use_pipeline<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P) {
-        let commands = self.commands;
-        self.device(); // it is recording
-        // SAFETY: a recording command buffer of the same device.
-        unsafe { pipeline.record(commands, bytemuck::bytes_of(push)) };
-    }
-
-    /// Fills a buffer with zeros.
-    pub fn zero(&mut self, buffer: &Buffer) {
-        // SAFETY: a live buffer; its size is a multiple of 4.
-        unsafe {
-            let device = &self.context.device;
-            device.cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, 0);
-        }
-    }
-
-    /// The region lies within both buffers.
-    pub(super) fn copy_buffer(&mut self, from: vk::Buffer, to: vk::Buffer, region: vk::BufferCopy) {
-        // SAFETY: a recording command buffer, live buffers.
-        unsafe { (self.device()).cmd_copy_buffer(self.commands, from, to, &[region]) };
-    }
-
-    /// The region lies within both; the image is in layout GENERAL.
-    pub(super) fn copy_to_image(
-        &mut self,
-        from: vk::Buffer,
-        to: vk::Image,
-        region: vk::BufferImageCopy,
-    ) {
-        let layout = vk::ImageLayout::GENERAL;
-        // SAFETY: a recording command buffer, a live buffer and image.
-        unsafe {
-            (self.device()).cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]);
-        }
-    }
-
-    /// As [`Recorder::copy_to_image`].
-    pub(super) fn copy_from_image(
-        &mut self,
-        from: vk::Image,
-        to: vk::Buffer,
-        region: vk::BufferImageCopy,
-    ) {
-        let layout = vk::ImageLayout::GENERAL;
-        // SAFETY: as above.
-        unsafe {
-            (self.device()).cmd_copy_image_to_buffer(self.commands, from, layout, to, &[region]);
-        }
-    }
-
-    /// Moves a new image to layout GENERAL, where it stays.
-    pub(super) fn begin_general(&mut self, image: vk::Image, range: vk::ImageSubresourceRange) {
-        let barrier = [vk::ImageMemoryBarrier2::default()
-            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
-            .old_layout(vk::ImageLayout::UNDEFINED)
-            .new_layout(vk::ImageLayout::GENERAL)
-            .image(image)
-            .subresource_range(range)];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-        // SAFETY: a new image of this device.
-        unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
-    }
 }
 
 fn of_host() -> Error {
@@ -666,11 +372,6 @@ fn of_host() -> Error {
         reason: "on the device of a host nothing is submitted or waited for".into(),
         remedy: "record into a command buffer of the host".into(),
     }
-}
-
-/// Workgroups of `local_size` threads that hold `threads`.
-fn groups(threads: [u32; 3], local_size: [u32; 3]) -> [u32; 3] {
-    [0, 1, 2].map(|axis| threads[axis].div_ceil(local_size[axis]))
 }
 
 /// What a submission of these passes does, for messages: each name once.
@@ -702,12 +403,6 @@ impl Drop for Recorder {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn threads_fill_whole_groups() {
-        assert_eq!(groups([1, 65, 0], [64, 8, 1]), [1, 9, 0]);
-        assert_eq!(groups([u32::MAX, 64, 1], [64, 64, 1]), [1 << 26, 1, 1]);
-    }
 
     /// A lost device names the passes that were on it.
     #[test]

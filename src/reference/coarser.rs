@@ -1,6 +1,6 @@
 //! One fine solution serves coarser light maps, too: averages of texel averages are exact.
 
-use super::rounds::MEAN_ABSOLUTE;
+use super::estimate::MEAN_ABSOLUTE;
 use super::{Map, Reference};
 
 impl Reference {

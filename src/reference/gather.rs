@@ -13,10 +13,10 @@
 
 use crate::error::Result;
 use crate::reference::Problem;
+use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::lights::{Emitter, Environment};
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
 use crate::reference::receiver::ReceiverPoint;
-use crate::reference::rounds::{Estimate, Moments, REPLICATES};
 use crate::reference::sequence::{sobol_4d, split_mix};
 use glam::DVec3;
 use rayon::prelude::*;

@@ -30,6 +30,7 @@
 
 mod cache;
 mod coarser;
+mod estimate;
 mod gather;
 mod lights;
 mod mirrors;
@@ -49,7 +50,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use visibility::Blockers;
 
 pub use cache::{Cached, cached_caustic, read_cache_entry};
-pub use rounds::{Progress, REPLICATES};
+pub use estimate::REPLICATES;
+pub use rounds::Progress;
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.

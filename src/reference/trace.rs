@@ -13,10 +13,10 @@
 //! integral are in the density with which rays land.
 
 use crate::error::Result;
+use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
-use crate::reference::rounds::{Estimate, Moments, REPLICATES};
 use crate::reference::sequence::{SEQUENCE_LENGTH, sobol_4d};
 use crate::reference::{Map, Problem};
 use glam::DVec3;

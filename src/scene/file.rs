@@ -10,6 +10,9 @@ use toml::{Spanned, Value};
 /// Version of the format that this program reads.
 pub const VERSION: i64 = 1;
 
+/// Coordinates, m.
+pub const METRES: RangeInclusive<f64> = -1e9..=1e9;
+
 /// `[x, y, z]` or `[red, green, blue]`.
 pub type Triple = Spanned<[f64; 3]>;
 

@@ -5,9 +5,9 @@
 
 use super::animation::{Keyframes, Motion, Pose};
 use super::file::{
-    CameraEntry, CameraKeys, KeyframeList, LightEntry, LightKeys, MotionEntry, PoseKeys, Section,
+    CameraEntry, CameraKeys, KeyframeList, LightEntry, LightKeys, METRES, MotionEntry, PoseKeys,
+    Section,
 };
-use super::load::METRES;
 use super::mesh;
 use super::{Camera, Light, LightKind};
 use crate::error::Result;

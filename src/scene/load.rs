@@ -40,8 +40,8 @@ use super::animation::{MeshFrames, Motion, MovingObject};
 use super::asset::AssetRoot;
 use super::atlas::{Atlas, Unwrapping};
 use super::file::{
-    CameraEntry, FramesEntry, LightEntry, MaterialEntry, ObjectEntry, Section, SineEntry, Source,
-    Triple, WavesEntry,
+    CameraEntry, FramesEntry, LightEntry, METRES, MaterialEntry, ObjectEntry, Section, SineEntry,
+    Source, Triple, WavesEntry,
 };
 use super::{
     Animation, Camera, EnvironmentMap, Geometry, Light, LightKind, MAX_RADIANCE, Material,
@@ -91,8 +91,6 @@ pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
 /// Meshes a second.
 const FPS: RangeInclusive<f64> = 1e-3..=1e4;
 const DEFAULT_FPS: f64 = 24.0;
-/// Coordinates, m.
-pub(super) const METRES: RangeInclusive<f64> = -1e9..=1e9;
 /// Of lamps, m.
 const LAMP_RADIUS: RangeInclusive<f64> = 1e-6..=1e9;
 

@@ -1,0 +1,247 @@
+//! What a recorder records: barriers, dispatches, draws, clears and copies.
+
+use super::device::Device;
+use super::memory::Buffer;
+use super::{Access, BoundPipeline, Image, Recorder};
+use crate::error::Error;
+use ash::vk;
+use bytemuck::Pod;
+use std::ops::Range;
+
+impl Recorder {
+    /// The device, to record a command.
+    fn device(&self) -> &Device {
+        assert!(
+            self.recording,
+            "after an error from `submit`, record within a `pass`, which can begin anew"
+        );
+        &self.context.device
+    }
+
+    /// Makes what `from` wrote visible to `to`, and orders them.
+    pub fn barrier(&mut self, from: Access, to: Access) {
+        let barrier = [vk::MemoryBarrier2::default()
+            .src_stage_mask(from.0)
+            .src_access_mask(from.1)
+            .dst_stage_mask(to.0)
+            .dst_access_mask(to.1)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
+        // SAFETY: a recording command buffer, outside of rendering.
+        unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
+    }
+
+    /// Runs a compute shader with at least `threads` threads along each axis, in as many whole
+    /// workgroups as that takes. Beyond the device's limit nothing is recorded, and
+    /// [`Recorder::submit`] fails.
+    pub fn dispatch<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P, threads: [u32; 3]) {
+        let groups = groups(threads, pipeline.local_size());
+        let limits = &self.context.properties.limits;
+        let most = limits.max_compute_work_group_count;
+        if let Some(axis) = (0..3).find(|&axis| groups[axis] > most[axis]) {
+            self.refused.get_or_insert(Error::Device {
+                action: format!("running {}", pipeline.name),
+                reason: format!(
+                    "it needs {} workgroups and the device allows {}",
+                    groups[axis], most[axis]
+                ),
+                remedy: "ask for fewer samples, or choose another device".into(),
+            });
+            return;
+        }
+        self.use_pipeline(pipeline, push);
+        // SAFETY: pipeline and resources are bound; the groups are within the limit.
+        unsafe {
+            self.device()
+                .cmd_dispatch(self.commands, groups[0], groups[1], groups[2])
+        };
+    }
+
+    /// Runs as many workgroups as command number `index` of `arguments` (`VkDispatchIndirectCommand`)
+    /// says.
+    pub fn dispatch_indirect<P: Pod>(
+        &mut self,
+        pipeline: &BoundPipeline,
+        push: &P,
+        arguments: &Buffer,
+        index: u32,
+    ) {
+        let offset = u64::from(index) * size_of::<vk::DispatchIndirectCommand>() as u64;
+        self.use_pipeline(pipeline, push);
+        // SAFETY: pipeline and resources are bound; the buffer holds the command.
+        unsafe {
+            self.device()
+                .cmd_dispatch_indirect(self.commands, arguments.handle, offset)
+        };
+    }
+
+    /// Draws into `target` the vertices that `indices` (u32) name, as many as `arguments` (a
+    /// `VkDrawIndexedIndirectCommand`) say. `clear`: it is all zero before.
+    pub fn draw_indexed_indirect<P: Pod>(
+        &mut self,
+        pipeline: &BoundPipeline,
+        target: &Image,
+        clear: bool,
+        push: &P,
+        indices: &Buffer,
+        arguments: &Buffer,
+    ) {
+        self.begin_rendering(target, clear);
+        self.use_pipeline(pipeline, push);
+        let (device, commands) = (self.device(), self.commands);
+        // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
+        unsafe {
+            device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
+            device.cmd_draw_indexed_indirect(commands, arguments.handle, 0, 1, 0);
+            device.cmd_end_rendering(commands);
+        }
+    }
+
+    /// Draws `vertices` vertices into `target`. `clear`: it is all zero before.
+    pub fn draw<P: Pod>(
+        &mut self,
+        pipeline: &BoundPipeline,
+        target: &Image,
+        clear: bool,
+        push: &P,
+        vertices: u32,
+    ) {
+        self.begin_rendering(target, clear);
+        self.use_pipeline(pipeline, push);
+        // SAFETY: pipeline, resources and target are bound.
+        unsafe {
+            self.device().cmd_draw(self.commands, vertices, 1, 0, 0);
+            self.device().cmd_end_rendering(self.commands);
+        }
+    }
+
+    /// Fills rows of an image with zeros, as a pass of its own.
+    pub fn clear(&mut self, image: &Image, rows: Range<u32>) {
+        self.begin_rendering_rows(image, true, rows);
+        // SAFETY: rendering was begun.
+        unsafe { self.device().cmd_end_rendering(self.commands) };
+    }
+
+    fn begin_rendering(&mut self, target: &Image, clear: bool) {
+        self.begin_rendering_rows(target, clear, 0..target.height);
+    }
+
+    fn begin_rendering_rows(&mut self, target: &Image, clear: bool, rows: Range<u32>) {
+        let area = vk::Rect2D {
+            offset: vk::Offset2D {
+                x: 0,
+                y: rows.start as i32,
+            },
+            extent: vk::Extent2D {
+                width: target.width,
+                height: rows.end - rows.start,
+            },
+        };
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: target.width as f32,
+            height: target.height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let attachments = [vk::RenderingAttachmentInfo::default()
+            .image_view(target.view)
+            .image_layout(vk::ImageLayout::GENERAL)
+            .load_op(match clear {
+                true => vk::AttachmentLoadOp::CLEAR,
+                false => vk::AttachmentLoadOp::LOAD,
+            })
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&attachments);
+        let device = self.device();
+        // SAFETY: a recording command buffer and a target in layout GENERAL.
+        unsafe {
+            device.cmd_begin_rendering(self.commands, &info);
+            device.cmd_set_viewport(self.commands, 0, &[viewport]);
+            device.cmd_set_scissor(self.commands, 0, &[area]);
+        }
+    }
+
+    fn use_pipeline<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P) {
+        let commands = self.commands;
+        self.device(); // it is recording
+        // SAFETY: a recording command buffer of the same device.
+        unsafe { pipeline.record(commands, bytemuck::bytes_of(push)) };
+    }
+
+    /// Fills a buffer with zeros.
+    pub fn zero(&mut self, buffer: &Buffer) {
+        // SAFETY: a live buffer; its size is a multiple of 4.
+        unsafe {
+            let device = &self.context.device;
+            device.cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, 0);
+        }
+    }
+
+    /// The region lies within both buffers.
+    pub(super) fn copy_buffer(&mut self, from: vk::Buffer, to: vk::Buffer, region: vk::BufferCopy) {
+        // SAFETY: a recording command buffer, live buffers.
+        unsafe { (self.device()).cmd_copy_buffer(self.commands, from, to, &[region]) };
+    }
+
+    /// The region lies within both; the image is in layout GENERAL.
+    pub(super) fn copy_to_image(
+        &mut self,
+        from: vk::Buffer,
+        to: vk::Image,
+        region: vk::BufferImageCopy,
+    ) {
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: a recording command buffer, a live buffer and image.
+        unsafe {
+            (self.device()).cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]);
+        }
+    }
+
+    /// As [`Recorder::copy_to_image`].
+    pub(super) fn copy_from_image(
+        &mut self,
+        from: vk::Image,
+        to: vk::Buffer,
+        region: vk::BufferImageCopy,
+    ) {
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: as above.
+        unsafe {
+            (self.device()).cmd_copy_image_to_buffer(self.commands, from, layout, to, &[region]);
+        }
+    }
+
+    /// Moves a new image to layout GENERAL, where it stays.
+    pub(super) fn begin_general(&mut self, image: vk::Image, range: vk::ImageSubresourceRange) {
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+            .old_layout(vk::ImageLayout::UNDEFINED)
+            .new_layout(vk::ImageLayout::GENERAL)
+            .image(image)
+            .subresource_range(range)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        // SAFETY: a new image of this device.
+        unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
+    }
+}
+
+/// Workgroups of `local_size` threads that hold `threads`.
+fn groups(threads: [u32; 3], local_size: [u32; 3]) -> [u32; 3] {
+    [0, 1, 2].map(|axis| threads[axis].div_ceil(local_size[axis]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_fill_whole_groups() {
+        assert_eq!(groups([1, 65, 0], [64, 8, 1]), [1, 9, 0]);
+        assert_eq!(groups([u32::MAX, 64, 1], [64, 64, 1]), [1 << 26, 1, 1]);
+    }
+}

@@ -1,0 +1,143 @@
+//! Compiled pipelines from SPIR-V.
+
+use super::{Context, Image, Shader, device_error};
+use crate::error::Result;
+use ash::vk;
+
+/// What the rasteriser makes of the vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Topology {
+    Triangles,
+    Points,
+}
+
+/// A compute pipeline. `constant` is the specialisation constant 0.
+///
+/// # Errors
+/// [`crate::Error::Device`] where the driver refuses.
+pub fn compile_compute(
+    context: &Context,
+    shader: &'static Shader,
+    constant: bool,
+    layout: vk::PipelineLayout,
+) -> Result<vk::Pipeline> {
+    let module = Module::new(context, shader)?;
+    let value = vk::Bool32::from(constant).to_ne_bytes();
+    let entries = [vk::SpecializationMapEntry::default().size(value.len())];
+    let constants = vk::SpecializationInfo::default()
+        .map_entries(&entries)
+        .data(&value);
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module.handle)
+        .specialization_info(&constants)
+        .name(c"main");
+    let info = vk::ComputePipelineCreateInfo::default()
+        .stage(stage)
+        .layout(layout);
+    // SAFETY: module, layout and cache are of this device.
+    let made = unsafe {
+        (context.device).create_compute_pipelines(context.pipeline_cache.handle(), &[info], None)
+    };
+    compiled(made, shader)
+}
+
+/// A pipeline that adds its fragments to one RGBA32F image, without vertex buffers.
+///
+/// # Errors
+/// [`crate::Error::Device`] where the driver refuses.
+pub fn compile_graphics(
+    context: &Context,
+    vertex: &'static Shader,
+    fragment: &'static Shader,
+    topology: Topology,
+    layout: vk::PipelineLayout,
+) -> Result<vk::Pipeline> {
+    let modules = [
+        Module::new(context, vertex)?,
+        Module::new(context, fragment)?,
+    ];
+    let stage_flags = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
+    let stage_infos = [0, 1].map(|i| {
+        vk::PipelineShaderStageCreateInfo::default()
+            .stage(stage_flags[i])
+            .module(modules[i].handle)
+            .name(c"main")
+    });
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
+        Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
+        Topology::Points => vk::PrimitiveTopology::POINT_LIST,
+    });
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(vk::CullModeFlags::NONE)
+        .line_width(1.0);
+    let multisample = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let add = [vk::PipelineColorBlendAttachmentState::default()
+        .blend_enable(true)
+        .src_color_blend_factor(vk::BlendFactor::ONE)
+        .dst_color_blend_factor(vk::BlendFactor::ONE)
+        .color_blend_op(vk::BlendOp::ADD)
+        .src_alpha_blend_factor(vk::BlendFactor::ONE)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+        .alpha_blend_op(vk::BlendOp::ADD)
+        .color_write_mask(vk::ColorComponentFlags::RGBA)];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&add);
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
+        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
+    let formats = [Image::FORMAT];
+    let mut rendering =
+        vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
+    let info = vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stage_infos)
+        .vertex_input_state(&vertex_input)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&multisample)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering);
+    // SAFETY: modules, layout and cache are of this device.
+    let made = unsafe {
+        (context.device).create_graphics_pipelines(context.pipeline_cache.handle(), &[info], None)
+    };
+    compiled(made, vertex)
+}
+
+fn compiled(
+    made: Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+    shader: &Shader,
+) -> Result<vk::Pipeline> {
+    made.map(|handles| handles[0])
+        .map_err(|(_, error)| device_error(&format!("compiling {}", shader.name))(error))
+}
+
+/// A shader module, needed only while its pipeline is made.
+struct Module<'a> {
+    context: &'a Context,
+    handle: vk::ShaderModule,
+}
+
+impl<'a> Module<'a> {
+    fn new(context: &'a Context, shader: &Shader) -> Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        // SAFETY: SPIR-V from the compiler; destroyed in Drop.
+        let handle = unsafe { context.device.create_shader_module(&info, None) }
+            .map_err(device_error("loading a shader"))?;
+        Ok(Self { context, handle })
+    }
+}
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once made.
+        unsafe { self.context.device.destroy_shader_module(self.handle, None) };
+    }
+}

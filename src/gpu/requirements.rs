@@ -1,0 +1,56 @@
+//! What a device must have.
+
+use super::image::Image;
+use ash::vk;
+use std::ffi::CStr;
+
+/// What a device must have. A host enables it when it makes its device; [`super::Context::new`] does so itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Requirements {
+    /// Of instance and device, at least.
+    pub api_version: u32,
+    /// Those that are true must be enabled.
+    pub features: vk::PhysicalDeviceVulkan13Features<'static>,
+    /// Names of device extensions: none at present.
+    pub extensions: &'static [&'static CStr],
+    /// Of the queue's family.
+    pub queue_flags: vk::QueueFlags,
+    /// Format of the light maps. Its images must be blended into, stored to, and sampled linearly.
+    pub light_map_format: vk::Format,
+}
+
+impl Requirements {
+    /// The names of the features, and whether `features` has them.
+    fn features_of(
+        features: &vk::PhysicalDeviceVulkan13Features,
+    ) -> [(&'static str, vk::Bool32); 3] {
+        [
+            ("dynamicRendering", features.dynamic_rendering),
+            ("synchronization2", features.synchronization2),
+            ("maintenance4", features.maintenance4),
+        ]
+    }
+
+    pub(super) fn missing_feature(
+        features: &vk::PhysicalDeviceVulkan13Features,
+    ) -> Option<&'static str> {
+        let mut missing =
+            (Self::features_of(features).into_iter()).filter(|(_, present)| *present == vk::FALSE);
+        missing.next().map(|(name, _)| name)
+    }
+}
+
+impl Default for Requirements {
+    fn default() -> Self {
+        Self {
+            api_version: vk::API_VERSION_1_3,
+            features: vk::PhysicalDeviceVulkan13Features::default()
+                .dynamic_rendering(true)
+                .synchronization2(true)
+                .maintenance4(true),
+            extensions: &[],
+            queue_flags: vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE,
+            light_map_format: Image::FORMAT,
+        }
+    }
+}
