@@ -2,7 +2,7 @@
 // draw.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 const uint GROUP = 64;
 // Pairs of a thread: sums within a group are what costs, so there are few groups.

@@ -1,7 +1,7 @@
 // points: one texel each.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(std430, binding = 0) readonly buffer PointSplats { PointSplat splats[]; };
 layout(push_constant) uniform DrawPush {

@@ -2,23 +2,23 @@
 // one; mirrors show what they reflect, and transparent surfaces also what lies beyond.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
 layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Suns { Light suns[]; };
-layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
 layout(binding = 6) uniform sampler2D environment;
 layout(binding = 7) uniform sampler2D light_map;   // caustic irradiance
 layout(binding = 8) uniform sampler2D direct_map;  // irradiance from the environment
 layout(binding = 9, rgba32f) uniform writeonly image2D view;
-layout(std430, binding = 10) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 10) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(push_constant) uniform ShadePush {
     vec3 eye;
-    uint sun_count;
+    uint light_count;
     vec3 right;          // half the picture's width at distance 1
     uint has_environment;
     vec3 up;             // half the picture's height at distance 1
@@ -29,26 +29,26 @@ layout(push_constant) uniform ShadePush {
 } push;
 
 #include "trace.glsl"
-#include "sun.glsl"
+#include "light.glsl"
 #include "optics.glsl"
-#include "receiver.glsl"
-#include "curved.glsl"
+#include "planar_receiver.glsl"
+#include "mesh_receiver.glsl"
 #include "sampling.glsl"
 #include "environment.glsl"
 #include "lighting.glsl"
 
-const int MOST_BOUNCES = 12;
+const int MAX_BOUNCES = 12;
 // Of a ray and all that it splits into.
-const int MOST_SEGMENTS = 32;
+const int MAX_SEGMENTS = 32;
 // Rays that wait while another is followed.
-const int MOST_WAITING = 6;
+const int MAX_WAITING = 6;
 // Rays that carry less than this share are not followed.
-const float LEAST_WEIGHT = 1e-6;
+const float MIN_WEIGHT = 1e-6;
 // Rays to each sun's disc that a pixel's samples share, the same number each.
-const uint SUN_RAYS = 16;
+const uint LIGHT_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
 // rad; a smaller sun is a point, which no ray meets.
-const float SMALLEST_DISC = 1e-6;
+const float MIN_DISC = 1e-6;
 
 // Bilinear look-up that stays inside of a receiver's tile.
 vec3 look_up(sampler2D map, vec2 tile, vec2 size, vec2 texel) {
@@ -70,19 +70,19 @@ vec3 above(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
 
 vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, uint pixel_sample) {
     uint all = push.side * push.side;
-    uint rays = (SUN_RAYS + all - 1) / all;
+    uint rays = (LIGHT_RAYS + all - 1) / all;
     vec3 lit = above(triangles[self], normals[self], x, weights);
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, lit, n, self, pixel_sample, rays, all);
+    for (uint i = 0; i < push.light_count; i++) sum += direct_light(i, lit, n, self, pixel_sample, rays, all);
     if (object.receiver != NO_RECEIVER) {
         vec2 tile, size, texel;
-        if (object.is_curved != 0) {
-            Curved receiver = curved[object.receiver];
+        if (object.is_mesh != 0) {
+            MeshReceiver receiver = mesh_receivers[object.receiver];
             tile = vec2(receiver.tile_x, receiver.tile_y);
             size = vec2(receiver.width, receiver.height);
-            texel = tile + place_of(receiver, normals[self], weights);
+            texel = tile + light_map_position(receiver, normals[self], weights);
         } else {
-            Receiver receiver = receivers[object.receiver];
+            PlanarReceiver receiver = planar_receivers[object.receiver];
             tile = vec2(receiver.tile_x, receiver.tile_y);
             size = vec2(receiver.width, receiver.height);
             texel = to_texels(receiver, x);
@@ -98,13 +98,13 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, 
 // Radiance of the lights behind everything, W/m^2/sr.
 vec3 background(vec3 direction) {
     vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
-    for (uint i = 0; i < push.sun_count; i++) {
-        if (suns[i].is_lamp != 0) continue;
+    for (uint i = 0; i < push.light_count; i++) {
+        if (lights[i].is_lamp != 0) continue;
         // The chord, since the cosine of a small angle is 1 in floats.
-        float radius = suns[i].size;
-        bool inside = distance(direction, suns[i].place) < 2.0 * sin(0.5 * radius);
+        float radius = lights[i].size;
+        bool inside = distance(direction, lights[i].place) < 2.0 * sin(0.5 * radius);
         float sine = sin(radius);
-        if (inside && radius > SMALLEST_DISC) seen += suns[i].power / (PI * sine * sine);
+        if (inside && radius > MIN_DISC) seen += lights[i].power / (PI * sine * sine);
     }
     return seen;
 }
@@ -113,14 +113,14 @@ vec3 background(vec3 direction) {
 // what is behind them, but cast no shadow.
 bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
     bool meets = false;
-    for (uint i = 0; i < push.sun_count; i++) {
-        Light light = suns[i];
-        Sun sun = sun_at(light, origin);
-        if (light.is_lamp == 0 || sun.angular_radius <= SMALLEST_DISC) continue;
+    for (uint i = 0; i < push.light_count; i++) {
+        Light light = lights[i];
+        LightDisc disc = disc_at(light, origin);
+        if (light.is_lamp == 0 || disc.angular_radius <= MIN_DISC) continue;
         float along = dot(light.place - origin, direction);
         vec3 aside = light.place - origin - along * direction;
         bool inside = along > 0.0 && dot(aside, aside) < light.size * light.size;
-        float way = way_to(light, origin, direction);
+        float way = distance_to_light(light, origin, direction);
         if (inside && way < limit) {
             limit = way;
             meets = true;
@@ -143,11 +143,11 @@ struct Ray {
 vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
     vec3 sum = vec3(0.0);
     Ray ray = Ray(origin, NO_TRIANGLE, direction, 0, vec3(1.0));
-    Ray waiting[MOST_WAITING];
+    Ray waiting[MAX_WAITING];
     int count = 0;
-    for (int segment = 0; segment < MOST_SEGMENTS; segment++) {
+    for (int segment = 0; segment < MAX_SEGMENTS; segment++) {
         bool ends = true;
-        Hit hit = nearest(ray.origin, ray.direction, ray.self, ANY);
+        Hit hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
         vec3 lamp;
         if (meets_lamp(ray.origin, ray.direction, hit.distance, lamp)) {
             sum += ray.weight * lamp;
@@ -164,23 +164,23 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
             vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
             if (object.kind == DIFFUSE) {
                 if (front) sum += ray.weight * object.color / PI * diffuse_irradiance(object, x, n, hit.triangle, w, pixel_sample);
-            } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MOST_BOUNCES) {
-                float ratio = ratio_of(object, front);
+            } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MAX_BOUNCES) {
+                float eta = eta_of(object, front);
                 if (!front) {
                     n = -n;
                     geometric = -geometric;
                 }
                 // Where the interpolated normal would send the ray into the surface, the flat one rules.
                 if (!(dot(mirrored(-ray.direction, n), geometric) > 0.0)) n = geometric;
-                vec3 share = reflected_share(object, dot(n, -ray.direction), ratio);
-                vec3 beyond = ratio == 0.0 ? vec3(0.0) : sent(-ray.direction, n, ratio);
-                Ray through = Ray(x, hit.triangle, beyond, ray.bounces + 1, ray.weight * (1.0 - share) * ratio * ratio);
+                vec3 share = reflected_share(object, dot(n, -ray.direction), eta);
+                vec3 beyond = eta == 0.0 ? vec3(0.0) : outgoing_direction(-ray.direction, n, eta);
+                Ray through = Ray(x, hit.triangle, beyond, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta);
                 ray = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share);
-                bool passes = beyond != vec3(0.0) && any(greaterThan(through.weight, vec3(LEAST_WEIGHT)));
-                bool returns = any(greaterThan(ray.weight, vec3(LEAST_WEIGHT)));
+                bool passes = beyond != vec3(0.0) && any(greaterThan(through.weight, vec3(MIN_WEIGHT)));
+                bool returns = any(greaterThan(ray.weight, vec3(MIN_WEIGHT)));
                 // The heavier one goes on, the other waits where there is room.
                 bool swaps = passes && (!returns || dot(through.weight, vec3(1.0)) >= dot(ray.weight, vec3(1.0)));
-                if (passes && returns && count < MOST_WAITING) waiting[count++] = swaps ? ray : through;
+                if (passes && returns && count < MAX_WAITING) waiting[count++] = swaps ? ray : through;
                 if (swaps) ray = through;
                 ends = !passes && !returns;
             }

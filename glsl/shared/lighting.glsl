@@ -3,19 +3,19 @@
 
 // Irradiance from sun number `index` by `rays` rays over its disc, for sample number `part` of
 // `parts` that together cover it.
-vec3 direct_sun(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uint parts) {
-    Light light = suns[index];
-    Sun sun = sun_at(light, x);
+vec3 direct_light(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uint parts) {
+    Light light = lights[index];
+    LightDisc disc = disc_at(light, x);
     // Where a lamp is all above the horizon, its cosine has the mean of that to its middle: then rays
     // only find how much of it is visible.
-    float middle = dot(n, sun.direction);
-    bool all_above = light.is_lamp != 0 && middle > sin(sun.angular_radius);
+    float middle = dot(n, disc.direction);
+    bool all_above = light.is_lamp != 0 && middle > sin(disc.angular_radius);
     float lit = 0.0;
     for (uint i = 0; i < rays; i++) {
-        vec3 s = sun_direction(sun, disc_point(part + i * parts, rays * parts));
+        vec3 s = disc_direction(disc, disc_point(part + i * parts, rays * parts));
         float cosine = dot(n, s);
-        if (cosine <= 0.0 || occluded(x, s, way_to(light, x, s), self)) continue;
-        lit += (all_above ? sun.falloff * middle : sun_weight(sun, s) * cosine) / float(rays);
+        if (cosine <= 0.0 || occluded(x, s, distance_to_light(light, x, s), self)) continue;
+        lit += (all_above ? disc.falloff * middle : disc_weight(disc, s) * cosine) / float(rays);
     }
     return light.power * lit;
 }

@@ -16,7 +16,7 @@ vec3 mirrored_change(vec3 s, vec3 n, vec3 ds, vec3 dn) {
 
 // Index of refraction on the side of the light over that beyond, for light on the front or behind;
 // 0 for a surface that only reflects.
-float ratio_of(Object object, bool front) {
+float eta_of(Object object, bool front) {
     if (ONLY_MIRRORS || object.kind != DIELECTRIC) return 0.0;
     return front ? 1.0 / object.index.x : object.index.x;
 }
@@ -24,36 +24,36 @@ float ratio_of(Object object, bool front) {
 // Direction that light from s takes at a surface with the unit normal n on its side: mirrored for
 // ratio 0, otherwise refracted, `ratio` the index of refraction on the side of s over that beyond.
 // Zero where all light is reflected.
-vec3 sent(vec3 s, vec3 n, float ratio) {
-    if (ratio == 0.0) return mirrored(s, n);
-    return dot(n, s) > 0.0 ? refract(-s, n, ratio) : vec3(0.0);
+vec3 outgoing_direction(vec3 s, vec3 n, float eta) {
+    if (eta == 0.0) return mirrored(s, n);
+    return dot(n, s) > 0.0 ? refract(-s, n, eta) : vec3(0.0);
 }
 
 // Change of sent(s, n, ratio), where there is any, with the normal (dn) and with s (ds).
-vec3 sent_change(vec3 s, vec3 n, vec3 ds, vec3 dn, float ratio) {
-    if (ratio == 0.0) return mirrored_change(s, n, ds, dn);
+vec3 outgoing_change(vec3 s, vec3 n, vec3 ds, vec3 dn, float eta) {
+    if (eta == 0.0) return mirrored_change(s, n, ds, dn);
     float cosine = dot(n, s);
     float change = dot(dn, s) + dot(n, ds);
-    float beyond = sqrt(max(1.0 - ratio * ratio * (1.0 - cosine * cosine), 1e-12));
-    float beyond_change = ratio * ratio * cosine * change / beyond;
-    return -ratio * ds + (ratio * change - beyond_change) * n + (ratio * cosine - beyond) * dn;
+    float beyond = sqrt(max(1.0 - eta * eta * (1.0 - cosine * cosine), 1e-12));
+    float beyond_change = eta * eta * cosine * change / beyond;
+    return -eta * ds + (eta * change - beyond_change) * n + (eta * cosine - beyond) * dn;
 }
 
 // Light that goes on along q, at `cosine` to the normal, came from the direction
 // bend_at() n - q / ratio, `ratio` the index of refraction before the surface over that beyond. 0 where there is no surface:
 // ratio 1.
-float bend_at(float cosine, float ratio) {
-    float before = sqrt(max(1.0 - (1.0 - cosine * cosine) / (ratio * ratio), 0.0));
-    return before - cosine / ratio;
+float normal_coefficient(float cosine, float eta) {
+    float before = sqrt(max(1.0 - (1.0 - cosine * cosine) / (eta * eta), 0.0));
+    return before - cosine / eta;
 }
 
 // Share of unpolarised light that a surface between two transparent media reflects.
-float fresnel_dielectric(float cosine, float ratio) {
-    float square = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
+float fresnel_dielectric(float cosine, float eta) {
+    float square = 1.0 - eta * eta * (1.0 - cosine * cosine);
     if (square <= 0.0) return 1.0;
     float beyond = sqrt(square);
-    float across = (ratio * cosine - beyond) / (ratio * cosine + beyond);
-    float along = (cosine - ratio * beyond) / (cosine + ratio * beyond);
+    float across = (eta * cosine - beyond) / (eta * cosine + beyond);
+    float along = (cosine - eta * beyond) / (cosine + eta * beyond);
     return 0.5 * (across * across + along * along);
 }
 
@@ -73,10 +73,10 @@ vec3 fresnel_conductor(float cosine, vec3 index, vec3 extinction) {
 }
 
 // Share of the light that a specular surface reflects; `ratio` as above, for a dielectric.
-vec3 reflected_share(Object object, float cosine, float ratio) {
+vec3 reflected_share(Object object, float cosine, float eta) {
     switch (object.kind) {
     case CONDUCTOR: return fresnel_conductor(cosine, object.index, object.extinction);
-    case DIELECTRIC: return vec3(fresnel_dielectric(cosine, ratio));
+    case DIELECTRIC: return vec3(fresnel_dielectric(cosine, eta));
     default: return object.color;
     }
 }

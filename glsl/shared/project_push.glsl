@@ -9,7 +9,7 @@ layout(push_constant) uniform ProjectPush {
     uint lobes;          // 1: mirrored light; 2: and refracted light
     float spread;        // variance of the kernel over that of the patch
     float flat_spread;   // where the patch is flat
-    uint trace;          // 0: nothing can occlude light
+    uint can_occlude;    // 0: nothing can occlude light
     uint clustered;      // 1: patches are clusters of many triangles, and large; `pairs` has the light that each images
     uint product;        // 1: triangles take the area as the product of two lengths
 } push;

@@ -10,16 +10,16 @@ vec2 disc_point(uint i, uint n) {
 
 // Unit direction toward point `p` of the unit disc, spread over a sun's disc: the projected disc
 // is even, so its radiance is constant.
-vec3 sun_direction(Sun sun, vec2 p) {
+vec3 disc_direction(LightDisc disc, vec2 p) {
     vec3 a, b;
-    basis(sun.direction, a, b);
-    vec2 q = p * sin(sun.angular_radius);
-    return normalize(sun.direction * sqrt(max(1.0 - dot(q, q), 0.0)) + q.x * a + q.y * b);
+    basis(disc.direction, a, b);
+    vec2 q = p * sin(disc.angular_radius);
+    return normalize(disc.direction * sqrt(max(1.0 - dot(q, q), 0.0)) + q.x * a + q.y * b);
 }
 
 // What the direction s, drawn so, counts: Light.power times this on a plane across s. The solid angle
 // of a part of the projected disc is its area over the cosine to the middle. Lamps may be wide; for
 // suns it is left out, which is 0.05 % at 2.5 degrees.
-float sun_weight(Sun sun, vec3 s) {
-    return sun.nearness > 0.0 ? sun.falloff / dot(sun.direction, s) : sun.falloff;
+float disc_weight(LightDisc disc, vec3 s) {
+    return disc.inverse_distance > 0.0 ? disc.falloff / dot(disc.direction, s) : disc.falloff;
 }

@@ -8,7 +8,7 @@ const uint NO_LINK = 0xffffffffu;
 const uint NO_TRIANGLE = 0xffffffffu;
 const float EDGE = 1e-6;
 // Rays to a receiver are followed to this share of their length, so that it does not block itself.
-const float ALMOST = 0.9999;
+const float SHADOW_RAY_END = 0.9999;
 // Farther than anything, in m. GLSL promises no infinities.
 const float FAR = 3.0e38;
 
@@ -80,14 +80,14 @@ bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
             float t;
             vec2 uv;
             Triangle triangle = triangles[i];
-            bool counts = i != self && i != twin && (triangle.blocks & BLOCKS) != 0;
+            bool counts = i != self && i != twin && (triangle.flags & OCCLUDES) != 0;
             if (counts && intersect(triangle, origin, direction, limit, t, uv)) return true;
         }
         link = stack[--top];
     }
 }
 
-const uint ANY = ~0u;
+const uint ANY_TRIANGLE = ~0u;
 
 // The nearest surface along a ray of those that have one of `bits` in Triangle.blocks, or ANY, not
 // counting the flat surface of the triangle `self`. The same walk, nearer children first.
@@ -116,7 +116,7 @@ Hit nearest(vec3 origin, vec3 direction, uint self, uint bits) {
         for (uint i = first; i < end; i++) {
             float t;
             vec2 uv;
-            bool counts = i != self && i != twin && (bits == ANY || (triangles[i].blocks & bits) != 0);
+            bool counts = i != self && i != twin && (bits == ANY_TRIANGLE || (triangles[i].flags & bits) != 0);
             if (counts && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
                 hit = Hit(t, i, uv);
             }

@@ -152,9 +152,9 @@ impl DeviceScene {
             ("normals", Resource::Buffer(&self.geometry.normals)),
             ("nodes", Resource::Buffer(&self.geometry.nodes)),
             ("objects", Resource::Buffer(&self.objects)),
-            ("suns", Resource::Buffer(&self.lights.buffer)),
-            ("receivers", Resource::Buffer(&self.receivers.planar)),
-            ("curved", Resource::Buffer(&self.receivers.mesh)),
+            ("lights", Resource::Buffer(&self.lights.buffer)),
+            ("planar_receivers", Resource::Buffer(&self.receivers.planar)),
+            ("mesh_receivers", Resource::Buffer(&self.receivers.mesh)),
             (
                 "atlas_texels",
                 Resource::Buffer(&self.receivers.atlas_texels),
@@ -164,7 +164,7 @@ impl DeviceScene {
                 Resource::Buffer(&self.receivers.atlas_samples),
             ),
             ("atlas_nodes", Resource::Buffer(&self.receivers.atlas_nodes)),
-            ("reflectors", Resource::Buffer(&self.casters.lit)),
+            ("lit_triangles", Resource::Buffer(&self.casters.lit)),
             ("profiles", Resource::Buffer(&self.profiles)),
             ("environment", Resource::Image(&self.environment.image)),
         ];
@@ -197,7 +197,7 @@ impl DeviceScene {
     /// all of a light map.
     pub fn first_pairs(&self) -> u64 {
         const FRAGMENTS: u64 = 1 << 22; // 20 ms on two CPU cores
-        (FRAGMENTS / self.receivers.most_texels()).clamp(1, 4096)
+        (FRAGMENTS / self.receivers.max_texels()).clamp(1, 4096)
     }
 }
 

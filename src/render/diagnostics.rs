@@ -66,12 +66,12 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
     for &place in places.iter().step_by(step) {
         for number in 0..of_each {
             let (x, normal, geometric) = point(store, place, number);
-            let sky = (with_environment && device.environment.is_present)
+            let environment = (with_environment && device.environment.is_present)
                 .then(|| (0..DIRECTIONS).map(direction))
                 .into_iter()
                 .flatten()
                 .map(|toward| (toward, f64::INFINITY));
-            let suns = lights.iter().take(LIGHTS).map(|light| {
+            let point_lights = lights.iter().take(LIGHTS).map(|light| {
                 let (toward, _) = directions(light, x);
                 let (sine, distance) = match light.is_lamp {
                     0 => (light.size.sin(), f32::INFINITY),
@@ -85,12 +85,12 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                     f64::from(distance),
                 )
             });
-            for (toward, distance) in suns.chain(sky) {
+            for (toward, distance) in point_lights.chain(environment) {
                 let mut stage = Stage::Away;
-                for way in outgoing_directions(material, normal, toward) {
+                for outgoing in outgoing_directions(material, normal, toward) {
                     stage = stage.max(Stage::Shadowed);
                     let side = geometric.dot(toward.as_vec3()).signum();
-                    if store.is_blocked(
+                    if store.is_occluded(
                         x + offset(store, side * geometric),
                         toward.as_vec3(),
                         distance as f32,
@@ -98,8 +98,12 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                         continue;
                     }
                     stage = stage.max(Stage::Astray);
-                    let side = geometric.dot(way.as_vec3()).signum();
-                    if lands(device, x + offset(store, side * geometric), way.as_vec3()) {
+                    let side = geometric.dot(outgoing.as_vec3()).signum();
+                    if lands(
+                        device,
+                        x + offset(store, side * geometric),
+                        outgoing.as_vec3(),
+                    ) {
                         return Stage::Lands;
                     }
                 }
@@ -158,14 +162,14 @@ fn offset(store: &TriangleStore, normal: Vec3) -> Vec3 {
 }
 
 /// Whether a ray meets the front of a receiver first.
-fn lands(device: &DeviceScene, origin: Vec3, way: Vec3) -> bool {
+fn lands(device: &DeviceScene, origin: Vec3, outgoing: Vec3) -> bool {
     let is_receiver = |triangle: &gpu_types::Triangle| {
         device.scene.objects[triangle.object as usize]
             .light_map
             .is_some()
     };
-    let nearest = device.geometry.store.nearest(origin, way, is_receiver);
+    let nearest = device.geometry.store.nearest(origin, outgoing, is_receiver);
     nearest.is_some_and(|triangle| {
-        is_receiver(triangle) && triangle.edge1.cross(triangle.edge2).dot(way) < 0.0
+        is_receiver(triangle) && triangle.edge1.cross(triangle.edge2).dot(outgoing) < 0.0
     })
 }

@@ -19,15 +19,15 @@ pub struct GroupRect {
 impl GroupRect {
     /// The largest rectangle of the workgroups that cover `size` pixels, counted row by row, that begins with
     /// number `first` and has at most `most` of them.
-    pub fn of([width, height]: [u32; 2], first: u64, most: u64) -> Self {
+    pub fn of([width, height]: [u32; 2], first: u64, max_groups: u64) -> Self {
         let [columns, rows] = [width, height].map(|side| side.div_ceil(GROUP));
         let row = (first / u64::from(columns)) as u32;
         let column = (first % u64::from(columns)) as u32;
-        let most = most.min(u64::from(columns) * u64::from(rows)) as u32;
-        let groups = if column == 0 && most >= columns {
-            [columns, (most / columns).min(rows - row), 1]
+        let max_groups = max_groups.min(u64::from(columns) * u64::from(rows)) as u32;
+        let groups = if column == 0 && max_groups >= columns {
+            [columns, (max_groups / columns).min(rows - row), 1]
         } else {
-            [most.min(columns - column), 1, 1]
+            [max_groups.min(columns - column), 1, 1]
         };
         Self {
             first: GROUP * UVec2::new(column, row),
@@ -76,8 +76,8 @@ mod tests {
     }
 
     #[test]
-    fn parts_cover_a_picture_once() {
-        for (size, most) in [
+    fn rects_cover_an_image_once() {
+        for (size, max_groups) in [
             ([1280, 720], 1_000_000),
             ([1, 1], 5),
             ([100, 60], 1),
@@ -90,15 +90,15 @@ mod tests {
             let (mut first, total) = (0, group_count(size));
             assert_eq!(total as usize, columns * rows);
             while first < total {
-                let part = GroupRect::of(size, first, most);
-                assert!((1..=most).contains(&part.count()), "{part:?}");
-                let [x, y] = part.first.to_array().map(|at| (at / GROUP) as usize);
-                for row in y..y + part.groups[1] as usize {
-                    for column in x..x + part.groups[0] as usize {
+                let rect = GroupRect::of(size, first, max_groups);
+                assert!((1..=max_groups).contains(&rect.count()), "{rect:?}");
+                let [x, y] = rect.first.to_array().map(|at| (at / GROUP) as usize);
+                for row in y..y + rect.groups[1] as usize {
+                    for column in x..x + rect.groups[0] as usize {
                         covered[row * columns + column] += 1;
                     }
                 }
-                first += part.count();
+                first += rect.count();
             }
             assert!(covered.iter().all(|times| *times == 1), "{size:?}");
         }

@@ -17,7 +17,7 @@ use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::{self, Sample};
 use crate::render::receivers::dilate::Dilate;
-use crate::render::receivers::light_maps::COARSEST;
+use crate::render::receivers::light_maps::MAX_LEVEL;
 use crate::render::splat::list::Batch;
 use crate::render::splat::projector::Projector;
 use crate::render::splat::resolve::Resolve;
@@ -96,7 +96,7 @@ pub fn caustic(
             resolve,
         } => {
             if has_patches {
-                divide(recorder, scene, sample)?;
+                sample_patches(recorder, scene, sample)?;
             }
             zero(recorder, projectors, resolve.as_ref())?;
             for projector in projectors {
@@ -110,7 +110,7 @@ pub fn caustic(
         }
         Caustic::Gather { sample, pinhole } => {
             if has_patches {
-                divide(recorder, scene, sample)?;
+                sample_patches(recorder, scene, sample)?;
                 gather(recorder, scene, pinhole)?;
             }
             dilate_meshes(recorder, scene, dilate)
@@ -134,8 +134,8 @@ pub fn direct_light(
 ) -> Result<()> {
     let first = first_groups(Direct::rays(scene, with_lights));
     let total = scene.receivers.group_count();
-    recorder.tiled("direct", total, first, |r, done, most| {
-        let (tile, rect) = scene.receivers.group_rect(done, most);
+    recorder.tiled("direct", total, first, |r, done, limit| {
+        let (tile, rect) = scene.receivers.group_rect(done, limit);
         r.pass("direct", |r| {
             direct.record(r, scene, (tile, rect), with_lights);
             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
@@ -155,8 +155,8 @@ pub fn view(
 ) -> Result<()> {
     let size = shade.size();
     let first = first_groups(Shade::rays(scene, side));
-    recorder.tiled("shade", group_count(size), first, |r, done, most| {
-        let rect = GroupRect::of(size, done, most);
+    recorder.tiled("shade", group_count(size), first, |r, done, limit| {
+        let rect = GroupRect::of(size, done, limit);
         r.pass("shade", |r| {
             r.barrier(LIGHT_MAP_WRITE, Access::COMPUTE);
             shade.record(r, scene, camera, side, rect);
@@ -188,10 +188,10 @@ fn submit_if(recorder: &mut Recorder, rows: Range<u32>, height: u32) -> Result<(
 }
 
 /// The patches of all lit triangles of casters.
-fn divide(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
+fn sample_patches(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
     let total = scene.casters.patch_count.into();
-    recorder.tiled("sample", total, FIRST_PATCHES, |r, done, most| {
-        let patches = most.min(sample::BATCH.into()) as u32;
+    recorder.tiled("sample", total, FIRST_PATCHES, |r, done, limit| {
+        let patches = limit.min(sample::BATCH.into()) as u32;
         r.pass("sample", |r| {
             sample.record(r, scene, done as u32, patches);
             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
@@ -229,11 +229,11 @@ fn splat(
     let (list, passes) = (&projector.list, projector.passes);
     for group in scene.groups(projector.source) {
         let first = scene.first_pairs();
-        recorder.tiled(passes.work, group.pairs(), first, |r, done, most| {
+        recorder.tiled(passes.work, group.pairs(), first, |r, done, limit| {
             let batch = Batch {
                 group,
                 first_pair: done as u32,
-                pair_count: most.min(list.capacity.into()) as u32,
+                pair_count: limit.min(list.capacity.into()) as u32,
             };
             r.pass(passes.project, |r| {
                 projector.record_project(r, scene, batch);
@@ -269,7 +269,7 @@ fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -
     })?;
     let [_, height] = scene.receivers.largest_light_map();
     let is_split = height + 2 > resolve.levels.rows;
-    for level in (0..COARSEST).rev() {
+    for level in (0..MAX_LEVEL).rev() {
         // With one texel more all around than the level has.
         let rows = ((height - 1) >> level) + 3;
         for first_row in (0..rows).step_by(resolve.levels.rows as usize) {
@@ -291,10 +291,10 @@ fn gather(recorder: &mut Recorder, scene: &DeviceScene, pinhole: &Pinhole) -> Re
     let groups = scene.receivers.group_count();
     let total = groups * u64::from(patch_count.div_ceil(batch));
     let first = first_groups(Pinhole::rays(scene));
-    recorder.tiled("gather", total, first, |r, done, most| {
+    recorder.tiled("gather", total, first, |r, done, limit| {
         let first_patch = (done / groups) as u32 * batch;
         let patches = (first_patch, batch.min(patch_count - first_patch));
-        let (tile, rect) = scene.receivers.group_rect(done % groups, most);
+        let (tile, rect) = scene.receivers.group_rect(done % groups, limit);
         r.pass("gather", |r| {
             pinhole.record(r, scene, patches, (tile, rect));
             r.barrier(Access::COMPUTE, Access::COMPUTE);
@@ -312,8 +312,8 @@ fn splat_points(
     clear: &mut bool,
 ) -> Result<()> {
     let total = points.count.into();
-    recorder.tiled("points", total, FIRST_POINTS, |r, done, most| {
-        let batch = (done as u32, most.min(points.batch.into()) as u32);
+    recorder.tiled("points", total, FIRST_POINTS, |r, done, limit| {
+        let batch = (done as u32, limit.min(points.batch.into()) as u32);
         r.pass("trace points", |r| {
             points.record_trace(r, scene, batch);
             r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);

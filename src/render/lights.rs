@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::optics::{reflect, refract};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{self, Light, Receiver};
+use crate::render::gpu_types::{self, Light, PlanarReceiver};
 use crate::render::settings::Method;
 use crate::scene::{EnvironmentMap, LightKind, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
@@ -19,7 +19,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Cells of an environment that count as suns, at most.
-pub const MOST_ENVIRONMENT_SUNS: usize = 4;
+pub const MAX_ENVIRONMENT_SUNS: usize = 4;
 
 /// Lights whose light is imaged by the same patches.
 #[derive(Debug, Clone, Copy)]
@@ -70,7 +70,7 @@ impl DeviceLights {
         let count = (scene.lights.iter())
             .filter(|light| is_light(&light.kind))
             .count();
-        let bytes = (count + MOST_ENVIRONMENT_SUNS) * size_of::<Light>();
+        let bytes = (count + MAX_ENVIRONMENT_SUNS) * size_of::<Light>();
         Ok(Self {
             buffer: Buffer::new(context, "lights", bytes as u64)?,
             scene_count: count as u32,
@@ -240,7 +240,7 @@ const SAMPLED: usize = 4096;
 pub fn is_narrow(
     scene: &Scene,
     store: &TriangleStore,
-    receivers: &[Receiver],
+    receivers: &[PlanarReceiver],
     light: &Light,
 ) -> bool {
     let places: Vec<(&MaterialKind, u32)> = (scene.specular_objects())
@@ -285,9 +285,9 @@ pub fn directions(light: &Light, x: Vec3) -> (DVec3, f64) {
         let both = light.axis1.length_squared() + light.axis2.length_squared();
         (light.place.as_dvec3(), 0.5 * f64::from(both))
     } else {
-        let way = (light.place - x).as_dvec3();
-        let radius = f64::from(light.size) / way.length();
-        (way.normalize_or_zero(), 0.25 * radius * radius)
+        let to_light = (light.place - x).as_dvec3();
+        let radius = f64::from(light.size) / to_light.length();
+        (to_light.normalize_or_zero(), 0.25 * radius * radius)
     }
 }
 
@@ -310,10 +310,10 @@ pub fn outgoing_directions(
 }
 
 /// From x to where a ray along `way` meets the receiver's front, m.
-fn distance_to(receiver: &Receiver, x: Vec3, way: Vec3) -> Option<f64> {
-    let along = way.dot(receiver.normal);
+fn distance_to(receiver: &PlanarReceiver, x: Vec3, to_light: Vec3) -> Option<f64> {
+    let along = to_light.dot(receiver.normal);
     let distance = (receiver.origin - x).dot(receiver.normal) / along;
-    let from_corner = x + distance * way - receiver.origin;
+    let from_corner = x + distance * to_light - receiver.origin;
     let inside = [receiver.edge_u, receiver.edge_v]
         .iter()
         .all(|edge| (0.0..=edge.length_squared()).contains(&from_corner.dot(*edge)));

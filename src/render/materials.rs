@@ -43,6 +43,6 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> g
         index: index.as_vec3(),
         extinction: extinction.as_vec3(),
         receiver: receiver.map_or(NO_RECEIVER, |(index, _)| index as i32),
-        is_curved: receiver.map_or(0, |(_, is_curved)| u32::from(is_curved)),
+        is_mesh: receiver.map_or(0, |(_, is_mesh)| u32::from(is_mesh)),
     }
 }

@@ -14,14 +14,14 @@ use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};
 
 /// Rows of the image at which the sky is cut, at most.
-const ROWS: u32 = 1024;
+const MAX_ROWS: u32 = 1024;
 /// And at least: pixels of a smaller image are cut, too.
-const FEWEST_ROWS: u32 = 64;
+const MIN_ROWS: u32 = 64;
 /// How much of the light of an even part counts as out of place, beside what differs from its mean: what is
 /// seen of a cell is seen of all of it, and light bends alike from all of it. 0.25 to 2.5 gave the same.
 const EVEN_SHARE: f64 = 0.7;
 /// Cells wider than this, rad, count as worse than they are: a quarter of the sky has no middle.
-const WIDEST: f64 = 1.6;
+const MAX_EXTENT: f64 = 1.6;
 /// Variance of a cell's kernel over the cell's, where it has one, so that neighbours add up evenly: as of a
 /// patch's.
 const SPREAD: f64 = 1.3;
@@ -95,7 +95,7 @@ pub struct CellRect {
 }
 
 impl CellRect {
-    fn can_be_cut(&self) -> bool {
+    fn can_be_split(&self) -> bool {
         self.error > 0.0 && (self.right - self.left > 1 || self.bottom - self.top > 1)
     }
 }
@@ -114,7 +114,7 @@ impl PartialOrd for CellRect {
 impl Ord for CellRect {
     /// Equal errors by place, so that divisions do not depend on chance.
     fn cmp(&self, other: &Self) -> Ordering {
-        let place = |part: &CellRect| (part.top, part.left);
+        let place = |rect: &CellRect| (rect.top, rect.left);
         (self.error.total_cmp(&other.error)).then_with(|| place(other).cmp(&place(self)))
     }
 }
@@ -125,7 +125,7 @@ pub struct Subdivision<'a> {
     width: usize,
     height: usize,
     /// By count.
-    pub parts: Vec<Vec<CellRect>>,
+    pub rects: Vec<Vec<CellRect>>,
 }
 
 /// Sums over all pixels above and left of a corner: solid angle, flux, flux × radiance.
@@ -159,7 +159,7 @@ impl Sums {
         }
     }
 
-    fn part(&self, [left, top, right, bottom]: [usize; 4]) -> CellRect {
+    fn rect(&self, [left, top, right, bottom]: [usize; 4]) -> CellRect {
         let at = |x: usize, y: usize| self.corners[y * (self.width + 1) + x];
         let [a, b, c, d] = [
             at(left, top),
@@ -174,7 +174,7 @@ impl Sums {
         let variance = (level * level + up * up) / 12.0;
         // At least the sum of |radiance - mean| (Cauchy & Schwarz).
         let uneven = (square * solid_angle - flux * flux).max(0.0).sqrt();
-        let too_wide = (across.max(up) / WIDEST).max(1.0).powi(4);
+        let too_wide = (across.max(up) / MAX_EXTENT).max(1.0).powi(4);
         CellRect {
             left,
             top,
@@ -187,19 +187,19 @@ impl Sums {
     }
 
     /// The two parts of the least error.
-    fn cut(&self, part: &CellRect) -> [CellRect; 2] {
+    fn split(&self, rect: &CellRect) -> [CellRect; 2] {
         let &CellRect {
             left,
             top,
             right,
             bottom,
             ..
-        } = part;
+        } = rect;
         let upright = (left + 1..right).map(|x| [[left, top, x, bottom], [x, top, right, bottom]]);
         let level = (top + 1..bottom).map(|y| [[left, top, right, y], [left, y, right, bottom]]);
         upright
             .chain(level)
-            .map(|halves| halves.map(|half| self.part(half)))
+            .map(|halves| halves.map(|half| self.rect(half)))
             .min_by(|a, b| {
                 let error = |[a, b]: &[CellRect; 2]| a.error + b.error;
                 error(a).total_cmp(&error(b))
@@ -212,41 +212,41 @@ impl Sums {
 pub fn subdivide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Subdivision<'a> {
     let map = enlarged(map);
     let (width, height, radiance) = (mip_chain(&map, 1.0).into_iter())
-        .find(|(_, height, _)| *height <= ROWS)
+        .find(|(_, height, _)| *height <= MAX_ROWS)
         .expect("the last level has one row");
     let sums = Sums::new(&EnvironmentMap {
         width,
         height,
         radiance,
     });
-    let (mut heap, mut whole) = (BinaryHeap::new(), Vec::new());
-    heap.push(sums.part([0, 0, sums.width, sums.height]));
-    let parts = (counts.iter())
+    let (mut heap, mut unsplittable) = (BinaryHeap::new(), Vec::new());
+    heap.push(sums.rect([0, 0, sums.width, sums.height]));
+    let rects = (counts.iter())
         .map(|&count| {
-            while heap.len() + whole.len() < count {
+            while heap.len() + unsplittable.len() < count {
                 match heap.pop() {
-                    Some(worst) if worst.can_be_cut() => heap.extend(sums.cut(&worst)),
-                    Some(worst) => whole.push(worst),
+                    Some(worst) if worst.can_be_split() => heap.extend(sums.split(&worst)),
+                    Some(worst) => unsplittable.push(worst),
                     None => break,
                 }
             }
-            let mut parts: Vec<CellRect> = heap.iter().chain(&whole).copied().collect();
-            parts.retain(|part| part.flux > 0.0);
-            parts.sort_by_key(|part| (part.top, part.left));
-            parts
+            let mut rects: Vec<CellRect> = heap.iter().chain(&unsplittable).copied().collect();
+            rects.retain(|rect| rect.flux > 0.0);
+            rects.sort_by_key(|rect| (rect.top, rect.left));
+            rects
         })
         .collect();
     Subdivision {
         map,
         width: sums.width,
         height: sums.height,
-        parts,
+        rects,
     }
 }
 
 impl Subdivision<'_> {
     /// The rectangle with the mean and variance of the light in a part, which for an even part is the part.
-    pub fn cell(&self, part: &CellRect) -> EnvironmentCell {
+    pub fn cell(&self, rect: &CellRect) -> EnvironmentCell {
         let map = &*self.map;
         // Pixels of the image itself whose middles are within.
         let first = |edge: usize, coarse: usize, fine: u32| {
@@ -256,12 +256,12 @@ impl Subdivision<'_> {
         let rows = |edge| first(edge, self.height, map.height);
         let mut irradiance = DVec3::ZERO;
         let (mut flux, mut mean, mut square) = (0.0, DVec2::ZERO, DVec2::ZERO);
-        for y in rows(part.top)..rows(part.bottom) {
+        for y in rows(rect.top)..rows(rect.bottom) {
             let solid_angle = solid_angle(map, y);
             let edge = |row: u32| (f64::from(row) * PI / f64::from(map.height)).cos();
             let (low, high) = (edge(y + 1), edge(y));
             let size = DVec2::new(TAU / f64::from(map.width), high - low);
-            for x in columns(part.left)..columns(part.right) {
+            for x in columns(rect.left)..columns(rect.right) {
                 let rgb = map.radiance[(y * map.width + x) as usize];
                 let place = DVec2::new((f64::from(x) + 0.5) * size.x, 0.5 * (low + high));
                 let weight = sum(rgb) * solid_angle;
@@ -295,10 +295,7 @@ pub fn flux(map: &EnvironmentMap) -> f64 {
 /// The map itself, or with every pixel many times.
 fn enlarged(map: &EnvironmentMap) -> Cow<'_, EnvironmentMap> {
     let times = |side: u32, least: u32| least.div_ceil(side);
-    let (across, up) = (
-        times(map.width, 2 * FEWEST_ROWS),
-        times(map.height, FEWEST_ROWS),
-    );
+    let (across, up) = (times(map.width, 2 * MIN_ROWS), times(map.height, MIN_ROWS));
     if across == 1 && up == 1 {
         return Cow::Borrowed(map);
     }
@@ -354,9 +351,9 @@ mod tests {
                 expected += pixels.sum::<DVec3>() * solid_angle(&map, y as u32);
             }
             assert!((expected.z / (4.0 * PI) - 1.0).abs() < 1e-12);
-            let division = subdivide(&map, &[2, 16, 300]);
-            for parts in &division.parts {
-                let cells = parts.iter().map(|part| division.cell(part));
+            let subdivision = subdivide(&map, &[2, 16, 300]);
+            for rects in &subdivision.rects {
+                let cells = rects.iter().map(|rect| subdivision.cell(rect));
                 let sum: DVec3 = cells.map(|cell| cell.irradiance).sum();
                 assert!((sum / expected - 1.0).abs().max_element() < 1e-6, "{sum}");
             }
@@ -373,15 +370,15 @@ mod tests {
                 false => 1.0,
             }
         });
-        let division = subdivide(&map, &[24]);
+        let subdivision = subdivide(&map, &[24]);
         let mut covered = 0.0;
-        for part in &division.parts[0] {
+        for rect in &subdivision.rects[0] {
             let inside =
                 |x: usize, y: usize| columns.contains(&(x as u32)) && rows.contains(&(y as u32));
-            let is_window = inside(part.left, part.top);
-            assert_eq!(inside(part.right - 1, part.bottom - 1), is_window);
-            let cell = division.cell(part);
-            let expected = (part.right - part.left) as f64 * PI / 256.0;
+            let is_window = inside(rect.left, rect.top);
+            assert_eq!(inside(rect.right - 1, rect.bottom - 1), is_window);
+            let cell = subdivision.cell(rect);
+            let expected = (rect.right - rect.left) as f64 * PI / 256.0;
             assert!((cell.half_azimuth / expected - 1.0).abs() < 1e-6);
             covered += 4.0 * cell.half_azimuth * cell.half_sine;
         }
@@ -403,8 +400,8 @@ mod tests {
             radiance: map.radiance.iter().map(|&[r, ..]| [r; 3]).collect(),
             ..map
         };
-        let division = subdivide(&disc, &[1]);
-        let cell = division.cell(&division.parts[0][0]);
+        let subdivision = subdivide(&disc, &[1]);
+        let cell = subdivision.cell(&subdivision.rects[0][0]);
         let light = cell.sun(2.0, 0.3);
         let kernel = cell.light(2.0, 0.3);
         for (light, spread) in [(&light, 1.0), (&kernel, SPREAD)] {

@@ -10,9 +10,9 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Pairs of faces and vertices worth comparing once to find out that nothing can occlude light.
-const MOST_PAIRS: usize = 200_000_000;
+const MAX_PAIRS: usize = 200_000_000;
 /// The same in a frame: about 1 ms.
-const MOST_PAIRS_IN_A_FRAME: usize = 1_000_000;
+const MAX_PAIRS_IN_A_FRAME: usize = 1_000_000;
 
 pub struct DeviceGeometry {
     pub store: TriangleStore,
@@ -40,8 +40,8 @@ impl DeviceGeometry {
         Ok(Self {
             triangles: buffer("triangles", size_of::<Triangle>())?,
             normals: buffer("normals", size_of::<Normals>())?,
-            nodes: Buffer::new(context, "nodes", store.most_node_bytes())?,
-            can_occlude: can_occlude(scene, &meshes, MOST_PAIRS),
+            nodes: Buffer::new(context, "nodes", store.max_node_bytes())?,
+            can_occlude: can_occlude(scene, &meshes, MAX_PAIRS),
             store,
             is_written: false,
         })
@@ -67,7 +67,7 @@ impl DeviceGeometry {
                 store.set_mesh(object, &scene.objects[object].geometry.mesh());
             }
             if !self.can_occlude {
-                self.can_occlude = can_occlude(scene, &meshes(scene), MOST_PAIRS_IN_A_FRAME);
+                self.can_occlude = can_occlude(scene, &meshes(scene), MAX_PAIRS_IN_A_FRAME);
             }
             store.refit_or_rebuild()
         } else {

@@ -8,13 +8,13 @@ use std::borrow::Cow;
 /// is flat or convex, or where it refracts, flat. Both legs then lie in front of the face,
 /// wherever the light is. Where more than `most_pairs` of faces and vertices would have to be compared, the answer is
 /// yes.
-pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) -> bool {
-    let mut blocking = scene
+pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], max_pairs: usize) -> bool {
+    let mut occluders = scene
         .objects
         .iter()
         .zip(meshes)
         .filter(|(object, _)| object.blocks_light);
-    let Some((object, mesh)) = blocking.next() else {
+    let Some((object, mesh)) = occluders.next() else {
         return false;
     };
     let material = &scene.materials[object.material].kind;
@@ -22,7 +22,7 @@ pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) -> bo
         return true;
     }
     let two_sided = matches!(material, MaterialKind::Dielectric { .. });
-    if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > most_pairs {
+    if occluders.next().is_some() || mesh.positions.len() * mesh.triangles.len() > max_pairs {
         return true;
     }
     let size = mesh

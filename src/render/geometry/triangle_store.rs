@@ -5,14 +5,14 @@
 
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
-use crate::render::gpu_types::{self, BLOCKS, IS_CURVED};
+use crate::render::gpu_types::{self, IS_MESH_RECEIVER, OCCLUDES};
 use crate::scene::{Atlas, Geometry, Mesh, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
 /// What a link of the hierarchy can name.
-const MOST_TRIANGLES: usize = (1 << 28) - 1;
+const MAX_TRIANGLES: usize = (1 << 28) - 1;
 
 pub struct TriangleStore {
     pub triangles: Vec<gpu_types::Triangle>,
@@ -23,7 +23,7 @@ pub struct TriangleStore {
     /// Of each object's triangles in `indices`.
     ranges: Vec<Range<usize>>,
     /// Whether an object is a rect, of which each triangle has the other for a twin.
-    flat: Vec<bool>,
+    is_rect: Vec<bool>,
     /// Of the device in the scene, m.
     pub origin: DVec3,
 }
@@ -35,15 +35,15 @@ impl TriangleStore {
         scene: &Scene,
         meshes: &[Cow<Mesh>],
         atlases: &[Option<Atlas>],
-        most_bytes: u64,
+        max_bytes: u64,
     ) -> Result<Self> {
         let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
         // Judged before the hierarchy, which takes a while to build.
-        let most = MOST_TRIANGLES.min(most_bytes as usize / size_of::<gpu_types::Triangle>());
-        if count > most {
+        let limit = MAX_TRIANGLES.min(max_bytes as usize / size_of::<gpu_types::Triangle>());
+        if count > limit {
             return Err(Error::Usage {
                 reason: format!(
-                    "the scene has {count} triangles, and a buffer on this device holds {most}"
+                    "the scene has {count} triangles, and a buffer on this device holds {limit}"
                 ),
                 remedy: "use coarser meshes, or choose another device".into(),
             });
@@ -55,12 +55,12 @@ impl TriangleStore {
         for (index, (mesh, object)) in meshes.iter().zip(&scene.objects).enumerate() {
             let first = triangles.len();
             let atlas = atlases[index].as_ref();
-            let blocks = if object.blocks_light { BLOCKS } else { 0 };
-            let is_curved = atlas.map_or(0, |_| IS_CURVED);
+            let flags = if object.blocks_light { OCCLUDES } else { 0 };
+            let is_mesh = atlas.map_or(0, |_| IS_MESH_RECEIVER);
             for (number, corners) in mesh.triangles.iter().enumerate() {
                 triangles.push(gpu_types::Triangle {
                     object: index as u32,
-                    blocks: blocks | is_curved,
+                    flags: flags | is_mesh,
                     ..geometry_of(mesh, corners, origin)
                 });
                 let [uv0, uv1, uv2] =
@@ -80,7 +80,7 @@ impl TriangleStore {
             normals,
             indices: Vec::new(),
             ranges,
-            flat: (scene.objects.iter())
+            is_rect: (scene.objects.iter())
                 .map(|object| matches!(object.geometry, Geometry::Rect(_)))
                 .collect(),
             origin,
@@ -98,10 +98,10 @@ impl TriangleStore {
         for (place, index) in order.iter().enumerate() {
             self.indices[*index as usize] = place as u32;
         }
-        for (range, flat) in self.ranges.iter().zip(&self.flat) {
+        for (range, is_rect) in self.ranges.iter().zip(&self.is_rect) {
             let places = &self.indices[range.clone()];
             for (index, &place) in places.iter().enumerate() {
-                let twin = if *flat { places[1 - index] } else { place };
+                let twin = if *is_rect { places[1 - index] } else { place };
                 self.triangles[place as usize].twin = twin;
             }
         }
@@ -117,7 +117,7 @@ impl TriangleStore {
     }
 
     /// Bytes that [`TriangleStore::nodes`] can come to: a hierarchy has a node less than triangles.
-    pub fn most_node_bytes(&self) -> u64 {
+    pub fn max_node_bytes(&self) -> u64 {
         (size_of::<gpu_types::Grid>() + self.triangles.len() * size_of::<gpu_types::Node>()) as u64
     }
 
@@ -133,13 +133,13 @@ impl TriangleStore {
             let place = self.indices[place] as usize;
             let gpu_types::Triangle {
                 object,
-                blocks,
+                flags,
                 twin,
                 ..
             } = self.triangles[place];
             self.triangles[place] = gpu_types::Triangle {
                 object,
-                blocks,
+                flags,
                 twin,
                 ..geometry_of(mesh, corners, self.origin)
             };
@@ -179,12 +179,13 @@ impl TriangleStore {
 /// Rays on the host, for messages; the device traces its own.
 impl TriangleStore {
     /// Whether anything that blocks light crosses the ray before `length`, m.
-    pub fn is_blocked(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
+    pub fn is_occluded(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
         let mut farthest = length;
         self.bvh
             .walk(origin, direction, &mut farthest, |place, farthest| {
                 let triangle = &self.triangles[place];
-                if triangle.blocks & BLOCKS != 0 && meets(triangle, origin, direction) < *farthest {
+                if triangle.flags & OCCLUDES != 0 && meets(triangle, origin, direction) < *farthest
+                {
                     *farthest = -1.0; // nothing else matters
                 }
             });
@@ -203,7 +204,7 @@ impl TriangleStore {
             .walk(origin, direction, &mut farthest, |place, farthest| {
                 let triangle = &self.triangles[place];
                 let distance = meets(triangle, origin, direction);
-                if distance < *farthest && (triangle.blocks & BLOCKS != 0 || wanted(triangle)) {
+                if distance < *farthest && (triangle.flags & OCCLUDES != 0 || wanted(triangle)) {
                     (*farthest, nearest) = (distance, Some(triangle));
                 }
             });

@@ -13,7 +13,7 @@ use std::sync::Arc;
 const BATCH: u32 = 1024;
 /// Turns that all loops of an invocation take together. lavapipe leaves every loop without a word
 /// after 65535 turns (Mesa, `LP_MAX_TGSI_LOOP_ITERATIONS`), version 22.3.6 after some 15000.
-const MOST_TURNS: u32 = 8192;
+const MAX_ITERATIONS: u32 = 8192;
 /// Turns of the loop over an environment's taps at most.
 const TAPS: u32 = 16;
 /// Turns of a pair's rays through the hierarchy. Most pairs trace none.
@@ -57,8 +57,8 @@ impl Pinhole {
         } else {
             0
         };
-        let turns = 1 + scene.casters.lobes * (scene.lights.scene_count + taps + traversal);
-        (MOST_TURNS / turns).clamp(1, BATCH)
+        let iterations = 1 + scene.casters.lobes * (scene.lights.scene_count + taps + traversal);
+        (MAX_ITERATIONS / iterations).clamp(1, BATCH)
     }
 
     /// Rays of a texel in a dispatch. One in many pairs of texel and patch traces its rays, to the light and
@@ -72,22 +72,22 @@ impl Pinhole {
         recorder: &mut Recorder,
         scene: &DeviceScene,
         (first_patch, batch_patches): (u32, u32),
-        (tile, part): (usize, GroupRect),
+        (tile, rect): (usize, GroupRect),
     ) {
-        let (receiver, is_curved) = scene.receivers.of_tile(tile);
+        let (receiver, is_mesh) = scene.receivers.of_tile(tile);
         let push = PinholePush {
-            first: part.first,
+            first: rect.first,
             receiver,
             first_patch,
             batch_patches,
-            sun_count: scene.lights.scene_count,
+            light_count: scene.lights.scene_count,
             epsilon: self.epsilon,
             spread: self.spread,
             rotation: scene.environment.rotation,
             has_environment: u32::from(scene.environment.is_present),
-            trace: u32::from(scene.geometry.can_occlude),
-            is_curved: u32::from(is_curved),
+            can_occlude: u32::from(scene.geometry.can_occlude),
+            is_mesh: u32::from(is_mesh),
         };
-        recorder.dispatch(&self.pipeline, &push, part.threads());
+        recorder.dispatch(&self.pipeline, &push, rect.threads());
     }
 }

@@ -9,7 +9,7 @@ use glam::Vec2;
 use std::sync::Arc;
 
 /// Bytes that the points of one batch may take: more are not faster, and leave the caches.
-const MOST_BYTES: u64 = 8 << 20;
+const MAX_BYTES: u64 = 8 << 20;
 
 pub struct Points {
     trace: BoundPipeline,
@@ -48,7 +48,7 @@ impl Points {
             }
         };
         let bytes = u64::from(targets(scene)) * size_of::<PointSplat>() as u64;
-        let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
+        let batch = (MAX_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let splats = Buffer::new(context, "point splats", u64::from(batch.min(all)) * bytes)?;
         let own = [("splats", Resource::Buffer(&splats))];
         let trace = scene.compute(context, &shaders::POINTS_COMP, &own)?;
@@ -75,11 +75,11 @@ impl Points {
             first_point,
             batch_points,
             points: self.points,
-            reflector_count: scene.casters.lit_count,
+            lit_triangle_count: scene.casters.lit_count,
             receiver_count: scene.receivers.planar_count,
-            curved_count: scene.receivers.mesh_count(),
+            mesh_receiver_count: scene.receivers.mesh_count(),
             lobes: scene.casters.lobes,
-            trace: u32::from(scene.geometry.can_occlude),
+            can_occlude: u32::from(scene.geometry.can_occlude),
             area: scene.casters.area,
         };
         recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);

@@ -3,8 +3,8 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{Light, Patch, Reflector};
-use crate::render::patches::tessellation::{MOST_PAIRS, Tessellation};
+use crate::render::gpu_types::{Light, LitTriangle, Patch};
+use crate::render::patches::tessellation::{MAX_PAIRS, Tessellation};
 use crate::render::settings::Method;
 use crate::scene::{MaterialKind, Scene};
 use std::sync::Arc;
@@ -39,13 +39,13 @@ impl DeviceCasters {
         let triangles: usize = (scene.specular_objects())
             .map(|(object, _)| store.indices(object).len())
             .sum();
-        let bytes = triangles * size_of::<Reflector>();
+        let bytes = triangles * size_of::<LitTriangle>();
         let refracts = (scene.objects.iter()).any(|object| {
             let kind = &scene.materials[object.material].kind;
             matches!(kind, MaterialKind::Dielectric { .. })
         });
         Ok(Self {
-            lit: Buffer::new(context, "reflectors", bytes as u64)?,
+            lit: Buffer::new(context, "lit_triangles", bytes as u64)?,
             lit_count: 0,
             area: 0.0,
             lobes: if refracts { 2 } else { 1 },
@@ -75,8 +75,8 @@ impl DeviceCasters {
         let tessellation = (self.tessellation)
             .get_or_insert_with(|| Tessellation::new(scene, store, lights, all_lit, samples));
         let lit = tessellation.lit(store, lights)?;
-        staging.write(&self.lit, 0, &lit.reflectors)?;
-        self.lit_count = lit.reflectors.len() as u32;
+        staging.write(&self.lit, 0, &lit.lit_triangles)?;
+        self.lit_count = lit.lit_triangles.len() as u32;
         self.area = lit.area as f32;
         self.patch_count = lit.patch_count;
         if lit.patch_count <= self.patch_capacity {
@@ -85,7 +85,7 @@ impl DeviceCasters {
         // Room for all that can ever be lit, if the device allows it, grows only once.
         let all = tessellation.all_patches();
         let fits = all * size_of::<Patch>() as u64 <= context.max_storage_bytes()
-            && all.saturating_mul(lights.len() as u64) <= MOST_PAIRS;
+            && all.saturating_mul(lights.len() as u64) <= MAX_PAIRS;
         self.patch_capacity = match fits && !is_first {
             true => all as u32,
             false => lit.patch_count,

@@ -18,7 +18,7 @@ use std::ops::Range;
 
 /// Pieces for every patch of the finest division. With 4 the cuts of the ways are rough: the ring of [`CLUSTERINGS`] has
 /// 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
-const PIECES: f64 = 16.0;
+const SUBTRIANGLES_PER_PATCH: f64 = 16.0;
 /// The midpoints of a triangle's sides, in its edges from the first corner: for what is linear over
 /// the triangle, their moments are the triangle's, up to the second.
 const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
@@ -29,7 +29,7 @@ const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 pub const CLUSTERINGS: usize = 16;
 
 /// A part of a triangle.
-struct Piece {
+struct Subtriangle {
     object: u32,
     /// Of its object's triangles.
     index: u32,
@@ -41,7 +41,7 @@ struct Piece {
 
 /// Divisions of all specular surfaces into patches, each finer than the one before.
 pub struct PatchClusters {
-    pieces: Vec<Piece>,
+    subtriangles: Vec<Subtriangle>,
     /// By way.
     cells: Vec<Cells>,
 }
@@ -53,7 +53,7 @@ impl PatchClusters {
         scene: &Scene,
         store: &TriangleStore,
         counts: &[usize],
-        ways: usize,
+        clusterings: usize,
         distance: f64,
     ) -> Self {
         let objects = || scene.specular_objects().map(|(index, _)| index);
@@ -62,86 +62,92 @@ impl PatchClusters {
             .flat_map(|object| store.indices(object))
             .map(|&place| area(place))
             .sum();
-        let finest = counts.last().map_or(0.0, |&count| PIECES * count as f64);
-        let mut pieces = Vec::new();
+        let finest = counts
+            .last()
+            .map_or(0.0, |&count| SUBTRIANGLES_PER_PATCH * count as f64);
+        let mut subtriangles = Vec::new();
         let mut roots = Vec::new();
         for object in objects() {
-            let first = pieces.len();
+            let first = subtriangles.len();
             for (index, &place) in store.indices(object).iter().enumerate() {
                 let share = area(place) / total;
                 let n = (finest * share).sqrt().ceil().max(1.0) as u32;
-                cut(object as u32, index as u32, n, &mut pieces);
+                subdivide(object as u32, index as u32, n, &mut subtriangles);
             }
-            roots.push(first..pieces.len());
+            roots.push(first..subtriangles.len());
         }
-        let sums = sums_of_pieces(&pieces, store);
-        let cells = (0..ways)
+        let sums = sums_of_subtriangles(&subtriangles, store);
+        let cells = (0..clusterings)
             .into_par_iter()
-            .map(|way| split(&points(&sums, way, distance), &roots, counts))
+            .map(|clustering| split(&points(&sums, clustering, distance), &roots, counts))
             .collect();
-        Self { pieces, cells }
+        Self {
+            subtriangles,
+            cells,
+        }
     }
 
     /// By division, m²: mean variance of where the light of a patch's points ends up.
     pub fn variances(&self, store: &TriangleStore, distance: f64) -> Vec<f64> {
-        let sums = sums_of_pieces(&self.pieces, store);
+        let sums = sums_of_subtriangles(&self.subtriangles, store);
         let total: f64 = sums.iter().map(|sums| sums.area).sum();
         let points = points(&sums, 0, distance);
         let cells = &self.cells[0];
-        let variance = |division: &Vec<Range<usize>>| -> f64 {
+        let variance = |level: &Vec<Range<usize>>| -> f64 {
             let moments =
-                (division.iter()).map(|cell| Moments::of(cells.points(cell).map(|i| &points[i])));
+                (level.iter()).map(|cell| Moments::of(cells.points(cell).map(|i| &points[i])));
             moments.map(|m| m.weight * m.trace()).sum::<f64>() / total
         };
-        cells.divisions.iter().map(variance).collect()
+        cells.levels.iter().map(variance).collect()
     }
 
     /// How many patches a division has in a way.
-    pub fn count(&self, [division, way]: [usize; 2]) -> usize {
-        self.cells[way].divisions[division].len()
+    pub fn count(&self, [level, clustering]: [usize; 2]) -> usize {
+        self.cells[clustering].levels[level].len()
     }
 
     /// Settles which patches are wanted: those of some divisions and ways, one after the other.
     /// With these patches.
-    pub fn want(&self, store: &TriangleStore, kinds: Vec<[usize; 2]>) -> (Selection, Vec<Patch>) {
-        let sums = sums_of_pieces(&self.pieces, store);
-        let all = self.sums_of(&sums, &kinds);
-        let middle = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
-            let middle = all.x / all.area;
-            let far = |&i: &usize| (sums[i].x / sums[i].area).distance_squared(middle);
+    pub fn select(&self, store: &TriangleStore, sets: Vec<[usize; 2]>) -> (Selection, Vec<Patch>) {
+        let sums = sums_of_subtriangles(&self.subtriangles, store);
+        let all = self.sums_of(&sums, &sets);
+        let centre = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
+            let centre = all.x / all.area;
+            let far = |&i: &usize| (sums[i].x / sums[i].area).distance_squared(centre);
             let nearest = cells.points(cell).min_by(|a, b| far(a).total_cmp(&far(b)));
             nearest.expect("no cell is empty") as u32
         };
-        let middles = (kinds.par_iter().zip(&all))
-            .map(|(&[division, way], all)| {
-                let cells = &self.cells[way];
-                let of_kind = cells.divisions[division].iter().zip(all);
-                of_kind
-                    .map(|(cell, all)| middle(cells, cell, all))
-                    .collect()
+        let centres = (sets.par_iter().zip(&all))
+            .map(|(&[level, clustering], all)| {
+                let cells = &self.cells[clustering];
+                let of_set = cells.levels[level].iter().zip(all);
+                of_set.map(|(cell, all)| centre(cells, cell, all)).collect()
             })
             .collect();
-        let wanted = Selection { kinds, middles };
-        let patches = self.patches_from(&all, store, &wanted);
-        (wanted, patches)
+        let selection = Selection { sets, centres };
+        let patches = self.patches_from(&all, store, &selection);
+        (selection, patches)
     }
 
     /// Those, as the surfaces are now.
-    pub fn patches(&self, store: &TriangleStore, wanted: &Selection) -> Vec<Patch> {
-        let all = self.sums_of(&sums_of_pieces(&self.pieces, store), &wanted.kinds);
-        self.patches_from(&all, store, wanted)
+    pub fn patches(&self, store: &TriangleStore, selection: &Selection) -> Vec<Patch> {
+        let all = self.sums_of(
+            &sums_of_subtriangles(&self.subtriangles, store),
+            &selection.sets,
+        );
+        self.patches_from(&all, store, selection)
     }
 
     fn patches_from(
         &self,
         all: &[Vec<Sums>],
         store: &TriangleStore,
-        wanted: &Selection,
+        selection: &Selection,
     ) -> Vec<Patch> {
-        let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&wanted.middles))
-            .map(|(all, middles)| {
-                (all.iter().zip(middles))
-                    .map(|(all, &middle)| all.patch(&self.pieces[middle as usize], store))
+        let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&selection.centres))
+            .map(|(all, centres)| {
+                (all.iter().zip(centres))
+                    .map(|(all, &centre)| all.patch(&self.subtriangles[centre as usize], store))
                     .collect()
             })
             .collect();
@@ -149,78 +155,80 @@ impl PatchClusters {
     }
 
     /// By kind, the sums over the pieces of each cell.
-    fn sums_of(&self, sums: &[Sums], kinds: &[[usize; 2]]) -> Vec<Vec<Sums>> {
-        let mut all = vec![Vec::new(); kinds.len()];
-        let of_ways: Vec<Vec<(usize, Vec<Sums>)>> = (0..self.cells.len())
+    fn sums_of(&self, sums: &[Sums], sets: &[[usize; 2]]) -> Vec<Vec<Sums>> {
+        let mut all = vec![Vec::new(); sets.len()];
+        let by_clustering: Vec<Vec<(usize, Vec<Sums>)>> = (0..self.cells.len())
             .into_par_iter()
-            .map(|way| {
-                let mut of_way: Vec<usize> =
-                    (0..kinds.len()).filter(|&k| kinds[k][1] == way).collect();
-                of_way.sort_by_key(|&kind| Reverse(kinds[kind][0]));
-                let divisions = &self.cells[way].divisions;
+            .map(|clustering| {
+                let mut own_sets: Vec<usize> = (0..sets.len())
+                    .filter(|&k| sets[k][1] == clustering)
+                    .collect();
+                own_sets.sort_by_key(|&set| Reverse(sets[set][0]));
+                let levels = &self.cells[clustering].levels;
                 let mut found: Vec<(usize, Vec<Sums>)> = Vec::new();
-                for kind in of_way {
-                    let division = &divisions[kinds[kind][0]];
-                    let of_kind = match found.last() {
+                for set in own_sets {
+                    let level = &levels[sets[set][0]];
+                    let of_set = match found.last() {
                         // The cells of a finer division are parts of these.
-                        Some((finer, sums)) => {
-                            gathered(division, &divisions[kinds[*finer][0]], sums)
-                        }
-                        None => (division.iter())
+                        Some((finer, sums)) => aggregate(level, &levels[sets[*finer][0]], sums),
+                        None => (level.iter())
                             .map(|cell| {
-                                let pieces = self.cells[way].points(cell);
-                                Sums::of(pieces.map(|piece| &sums[piece]))
+                                let subtriangles = self.cells[clustering].points(cell);
+                                Sums::of(subtriangles.map(|subtriangle| &sums[subtriangle]))
                             })
                             .collect(),
                     };
-                    found.push((kind, of_kind));
+                    found.push((set, of_set));
                 }
                 found
             })
             .collect();
-        for (kind, sums) in of_ways.into_iter().flatten() {
-            all[kind] = sums;
+        for (set, sums) in by_clustering.into_iter().flatten() {
+            all[set] = sums;
         }
         all
     }
 }
 
-fn sums_of_pieces(pieces: &[Piece], store: &TriangleStore) -> Vec<Sums> {
-    pieces.par_iter().map(|piece| piece.sums(store)).collect()
+fn sums_of_subtriangles(subtriangles: &[Subtriangle], store: &TriangleStore) -> Vec<Sums> {
+    subtriangles
+        .par_iter()
+        .map(|subtriangle| subtriangle.sums(store))
+        .collect()
 }
 
 /// Patches that are wanted.
 pub struct Selection {
     /// Division and way.
-    kinds: Vec<[usize; 2]>,
+    sets: Vec<[usize; 2]>,
     /// By kind and cell, the piece in its middle, where rays start.
-    middles: Vec<Vec<u32>>,
+    centres: Vec<Vec<u32>>,
 }
 
 /// The sums of `cells` from those of their parts.
-fn gathered(cells: &[Range<usize>], parts: &[Range<usize>], sums: &[Sums]) -> Vec<Sums> {
+fn aggregate(cells: &[Range<usize>], finer: &[Range<usize>], sums: &[Sums]) -> Vec<Sums> {
     (cells.iter())
         .map(|cell| {
-            let first = parts.partition_point(|part| part.start < cell.start);
-            let end = parts.partition_point(|part| part.start < cell.end);
+            let first = finer.partition_point(|child| child.start < cell.start);
+            let end = finer.partition_point(|child| child.start < cell.end);
             Sums::of(&sums[first..end])
         })
         .collect()
 }
 
 /// Where the pieces are and where they send the light, in the axes of a way.
-fn points(sums: &[Sums], way: usize, distance: f64) -> Vec<Point<6>> {
-    let turned = direction_of(way);
+fn points(sums: &[Sums], clustering: usize, distance: f64) -> Vec<Point<6>> {
+    let rotation = rotation_of(clustering);
     (sums.iter())
         .map(|sums| {
             let (x, n) = match sums.area > 0.0 {
-                true => (turned * sums.x / sums.area, turned * sums.n / sums.area),
+                true => (rotation * sums.x / sums.area, rotation * sums.n / sums.area),
                 false => (DVec3::ZERO, DVec3::ZERO),
             };
             // Light turns by twice as much as the normal.
-            let turn = 2.0 * distance * n;
+            let deflection = 2.0 * distance * n;
             Point {
-                place: [x.x, x.y, x.z, turn.x, turn.y, turn.z],
+                place: [x.x, x.y, x.z, deflection.x, deflection.y, deflection.z],
                 weight: sums.area,
             }
         })
@@ -228,23 +236,23 @@ fn points(sums: &[Sums], way: usize, distance: f64) -> Vec<Point<6>> {
 }
 
 /// The axes along which pieces are merged in a way: those of the scene, then others all around.
-fn direction_of(way: usize) -> DQuat {
+fn rotation_of(clustering: usize) -> DQuat {
     let (golden_angle, tilt) = (PI * (3.0 - 5f64.sqrt()), 0.7);
     DQuat::from_euler(
         EulerRot::YXZ,
-        golden_angle * way as f64,
-        tilt * way as f64,
+        golden_angle * clustering as f64,
+        tilt * clustering as f64,
         0.0,
     )
 }
 
 /// Cuts a triangle into n² pieces.
-fn cut(object: u32, index: u32, n: u32, pieces: &mut Vec<Piece>) {
+fn subdivide(object: u32, index: u32, n: u32, subtriangles: &mut Vec<Subtriangle>) {
     let size = 1.0 / f64::from(n);
     for row in 0..n {
         for column in 0..n - row {
             let mut add = |corner: DVec2, size: f64| {
-                pieces.push(Piece {
+                subtriangles.push(Subtriangle {
                     object,
                     index,
                     midpoints: MIDPOINTS
@@ -261,7 +269,7 @@ fn cut(object: u32, index: u32, n: u32, pieces: &mut Vec<Piece>) {
     }
 }
 
-impl Piece {
+impl Subtriangle {
     fn triangle<'a>(&self, store: &'a TriangleStore) -> (u32, &'a Triangle, &'a Normals) {
         let place = store.indices(self.object as usize)[self.index as usize];
         let index = place as usize;
@@ -319,9 +327,9 @@ impl Sums {
         nx: DMat3::ZERO,
     };
 
-    fn of<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
+    fn of<'a>(finer: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut all = Self::ZERO;
-        parts.into_iter().for_each(|part| all.add(part));
+        finer.into_iter().for_each(|child| all.add(child));
         all
     }
 
@@ -336,7 +344,7 @@ impl Sums {
 
     /// The triangle with the same mean and covariance of x, and the normals that are linear in x and
     /// differ least from the surface's. As much light falls on it as its vector area says.
-    fn patch(&self, nearest: &Piece, store: &TriangleStore) -> Patch {
+    fn patch(&self, nearest: &Subtriangle, store: &TriangleStore) -> Patch {
         let (place, triangle, _) = nearest.triangle(store);
         let x = self.x / self.area;
         let n = self.n / self.area;
@@ -348,22 +356,22 @@ impl Sums {
         let covariance = self.xx * (1.0 / self.area) - outer(x, x);
         let crossed = self.nx * (1.0 / self.area) - outer(n, x);
         let entry = |a: DVec3, b: DVec3| a.dot(covariance * b);
-        let flat = DMat2::from_cols(
+        let planar = DMat2::from_cols(
             DVec2::new(entry(across[0], across[0]), entry(across[0], across[1])),
             DVec2::new(entry(across[0], across[1]), entry(across[1], across[1])),
         );
-        let axes = covariance_root(flat);
-        let least = 1e-6 * axes[0].length();
+        let axes = covariance_root(planar);
+        let min_deviation = 1e-6 * axes[0].length();
         let mut sides = [DVec3::ZERO; 2];
-        let mut bends = [DVec3::ZERO; 2];
+        let mut normal_changes = [DVec3::ZERO; 2];
         for (k, axis) in axes.into_iter().enumerate() {
             let deviation = axis.length();
-            if deviation <= least {
+            if deviation <= min_deviation {
                 continue;
             }
             let unit = (axis.x * across[0] + axis.y * across[1]) / deviation;
             sides[k] = deviation * unit;
-            bends[k] = crossed * unit / deviation;
+            normal_changes[k] = crossed * unit / deviation;
         }
         // Sides of a triangle whose covariance has these axes, its corners counter-clockwise.
         let edges = |v: [DVec3; 2]| {
@@ -371,10 +379,10 @@ impl Sums {
             [a + b, b - a].map(|edge| edge.as_vec3())
         };
         if sides[0].cross(sides[1]).dot(facing) < 0.0 {
-            (sides[1], bends[1]) = (-sides[1], -bends[1]);
+            (sides[1], normal_changes[1]) = (-sides[1], -normal_changes[1]);
         }
         let [edge1, edge2] = edges(sides);
-        let [bend1, bend2] = edges(bends);
+        let [normal_du, normal_dv] = edges(normal_changes);
         // On the surface, where the rays to and from it start.
         let [s, t] = (nearest.midpoints.iter().sum::<DVec2>() / 3.0)
             .as_vec2()
@@ -388,9 +396,9 @@ impl Sums {
             object: triangle.object,
             edge2,
             unused0: 0.0,
-            bend1,
+            normal_du,
             unused1: 0.0,
-            bend2,
+            normal_dv,
             unused2: 0.0,
         }
     }

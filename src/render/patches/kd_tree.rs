@@ -16,7 +16,7 @@ pub struct Point<const N: usize> {
 pub struct Cells {
     /// Indices of points. Those of a cell are a range of these.
     pub order: Vec<u32>,
-    pub divisions: Vec<Vec<Range<usize>>>,
+    pub levels: Vec<Vec<Range<usize>>>,
 }
 
 impl Cells {
@@ -110,30 +110,32 @@ pub fn split<const N: usize>(
     let mut heap: BinaryHeap<Cell> = (roots.iter().filter(|root| !root.is_empty()))
         .map(|root| cell(&order, root.clone()))
         .collect();
-    let mut whole = Vec::new();
-    let mut divisions = Vec::new();
+    let mut unsplittable = Vec::new();
+    let mut levels = Vec::new();
     for &count in counts {
-        while heap.len() + whole.len() < count {
+        while heap.len() + unsplittable.len() < count {
             let Some(widest) = heap.pop() else { break };
             let inside = &mut order[widest.range.clone()];
             let above = |&index: &u32| points[index as usize].place[widest.axis] > widest.mean;
             inside.sort_by_key(above);
-            let middle = widest.range.start + inside.partition_point(|index| !above(index));
-            if widest.priority <= 0.0 || middle == widest.range.end || middle == widest.range.start
+            let boundary = widest.range.start + inside.partition_point(|index| !above(index));
+            if widest.priority <= 0.0
+                || boundary == widest.range.end
+                || boundary == widest.range.start
             {
-                whole.push(widest.range);
+                unsplittable.push(widest.range);
                 continue;
             }
-            heap.push(cell(&order, widest.range.start..middle));
-            heap.push(cell(&order, middle..widest.range.end));
+            heap.push(cell(&order, widest.range.start..boundary));
+            heap.push(cell(&order, boundary..widest.range.end));
         }
         let mut cells: Vec<Range<usize>> = (heap.iter().map(|cell| cell.range.clone()))
-            .chain(whole.iter().cloned())
+            .chain(unsplittable.iter().cloned())
             .collect();
         cells.sort_by_key(|cell| cell.start);
-        divisions.push(cells);
+        levels.push(cells);
     }
-    Cells { order, divisions }
+    Cells { order, levels }
 }
 
 #[cfg(test)]
@@ -154,23 +156,23 @@ mod tests {
             })
             .collect();
         let cells = split(&points, &[0..300, 300..1000], &[2, 8, 64]);
-        assert_eq!(cells.divisions[0], [0..300, 300..1000]);
-        for (count, division) in [2, 8, 64].into_iter().zip(&cells.divisions) {
-            assert_eq!(division.len(), count);
+        assert_eq!(cells.levels[0], [0..300, 300..1000]);
+        for (count, level) in [2, 8, 64].into_iter().zip(&cells.levels) {
+            assert_eq!(level.len(), count);
             let mut seen = vec![0; 1000];
-            division
+            level
                 .iter()
                 .flat_map(|cell| cells.points(cell))
                 .for_each(|i| seen[i] += 1);
             assert_eq!(seen, [1; 1000]);
         }
-        for fine in &cells.divisions[2] {
+        for fine in &cells.levels[2] {
             let inside =
                 |coarse: &Range<usize>| coarse.start <= fine.start && fine.end <= coarse.end;
-            assert_eq!(cells.divisions[1].iter().filter(|c| inside(c)).count(), 1);
+            assert_eq!(cells.levels[1].iter().filter(|c| inside(c)).count(), 1);
         }
         let heavy = |cell: &&Range<usize>| points[cells.order[cell.start] as usize].weight > 1.0;
-        assert!(cells.divisions[2].iter().filter(heavy).count() > 48);
+        assert!(cells.levels[2].iter().filter(heavy).count() > 48);
     }
 
     #[test]
@@ -182,7 +184,7 @@ mod tests {
             })
             .collect();
         let (all, none) = (vec![0..10; 1], vec![0..0; 1]);
-        assert_eq!(split(&points, &all, &[4]).divisions, [all]);
-        assert!(split::<1>(&[], &none, &[4]).divisions[0].is_empty());
+        assert_eq!(split(&points, &all, &[4]).levels, [all]);
+        assert!(split::<1>(&[], &none, &[4]).levels[0].is_empty());
     }
 }

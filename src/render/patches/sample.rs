@@ -34,7 +34,7 @@ impl Sample {
         let push = SamplePush {
             first_patch,
             patch_count: scene.casters.patch_count,
-            reflector_count: scene.casters.lit_count,
+            lit_triangle_count: scene.casters.lit_count,
         };
         recorder.dispatch(&self.pipeline, &push, [patches, 1, 1]);
     }

@@ -4,8 +4,8 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::dispatch::{GroupRect, group_count};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, Curved, Receiver};
-use crate::render::receivers::mesh::{Surfaces, node_count, surfaces};
+use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, MeshReceiver, PlanarReceiver};
+use crate::render::receivers::mesh::{MeshReceiverData, mesh_receiver_data, node_count};
 use crate::scene::{Atlas, Scene};
 use glam::DVec3;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub struct DeviceReceivers {
     pub atlas_samples: Buffer,
     pub atlas_nodes: Buffer,
     /// What the buffer `planar` holds.
-    pub planar_now: Vec<Receiver>,
+    pub planar_now: Vec<PlanarReceiver>,
 }
 
 impl DeviceReceivers {
@@ -56,9 +56,13 @@ impl DeviceReceivers {
             planar: buffer(
                 "planar receivers",
                 planar_count as u64,
-                size_of::<Receiver>(),
+                size_of::<PlanarReceiver>(),
             )?,
-            mesh: buffer("mesh receivers", meshes.len() as u64, size_of::<Curved>())?,
+            mesh: buffer(
+                "mesh receivers",
+                meshes.len() as u64,
+                size_of::<MeshReceiver>(),
+            )?,
             atlas_texels: buffer("atlas texels", texels, size_of::<AtlasTexel>())?,
             atlas_samples: buffer("atlas samples", texels, size_of::<AtlasSamples>())?,
             atlas_nodes: buffer("atlas nodes", nodes, size_of::<AtlasNode>())?,
@@ -86,12 +90,12 @@ impl DeviceReceivers {
         if !meshes_moved || self.mesh_count() == 0 {
             return Ok(());
         }
-        let Surfaces {
+        let MeshReceiverData {
             receivers,
             texels,
             samples,
             nodes,
-        } = surfaces(scene, self.mesh_tiles(), &self.atlases, store)?;
+        } = mesh_receiver_data(scene, self.mesh_tiles(), &self.atlases, store)?;
         staging.write(&self.mesh, 0, &receivers)?;
         staging.write(&self.atlas_texels, 0, &texels)?;
         staging.write(&self.atlas_samples, 0, &samples)?;
@@ -126,7 +130,7 @@ impl DeviceReceivers {
     }
 
     /// Texels of the largest light map.
-    pub fn most_texels(&self) -> u64 {
+    pub fn max_texels(&self) -> u64 {
         (self.tiles.iter().map(|tile| texel_count(tile.size)).max()).unwrap_or(1)
     }
 
@@ -137,11 +141,11 @@ impl DeviceReceivers {
 
     /// The tile with workgroup number `first` of all receivers', and the part of it that begins there and has at most
     /// `most` workgroups.
-    pub fn group_rect(&self, mut first: u64, most: u64) -> (usize, GroupRect) {
+    pub fn group_rect(&self, mut first: u64, max_groups: u64) -> (usize, GroupRect) {
         for (index, tile) in self.tiles.iter().enumerate() {
             let count = group_count(tile.size);
             if first < count {
-                return (index, GroupRect::of(tile.size, first, most));
+                return (index, GroupRect::of(tile.size, first, max_groups));
             }
             first -= count;
         }
@@ -154,12 +158,15 @@ fn texel_count([width, height]: [u32; 2]) -> u64 {
 }
 
 /// The coarsest level of any light map; as in receiver.glsl.
-pub const COARSEST: u32 = 5;
+pub const MAX_LEVEL: u32 = 5;
 
 /// The coarsest level of a light map that footprints are splatted into; as in receiver.glsl.
 fn coarsest_level(size: [u32; 2]) -> u32 {
-    const FEWEST: u32 = 16;
-    (size[0].min(size[1]) / FEWEST).max(1).ilog2().min(COARSEST)
+    const MIN_COARSE_SIDE: u32 = 16;
+    (size[0].min(size[1]) / MIN_COARSE_SIDE)
+        .max(1)
+        .ilog2()
+        .min(MAX_LEVEL)
 }
 
 /// Texels of a light map together with the coarser levels beside it, one below the other. They
@@ -188,7 +195,10 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
                     "a light map of {}×{} texels is too large for the device",
                     size[0], size[1]
                 ),
-                remedy: format!("ask for at most {} texels a side", max_side / 3 * 2 - 2),
+                remedy: format!(
+                    "ask for at max_groups {} texels a side",
+                    max_side / 3 * 2 - 2
+                ),
             });
         }
         if y + padded[1] > max_side {
@@ -218,11 +228,11 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     Ok((tiles, [width, height]))
 }
 
-fn planar(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<Receiver> {
+fn planar(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<PlanarReceiver> {
     scene
         .receivers()
         .zip(tiles)
-        .map(|((_, rect, _), tile)| Receiver {
+        .map(|((_, rect, _), tile)| PlanarReceiver {
             origin: (rect.origin - origin).as_vec3(),
             tile_x: tile.origin[0],
             edge_u: rect.edge_u.as_vec3(),

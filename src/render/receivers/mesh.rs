@@ -4,7 +4,7 @@
 use crate::error::{Error, Result};
 use crate::render::geometry::triangle_store::{TriangleStore, packed};
 use crate::render::gpu_types::{
-    AtlasNode, AtlasSamples, AtlasTexel, Curved, LEAF, NO_TEXEL, NO_TRIANGLE,
+    AtlasNode, AtlasSamples, AtlasTexel, LEAF, MeshReceiver, NO_TEXEL, NO_TRIANGLE,
 };
 use crate::render::receivers::light_maps::Tile;
 use crate::scene::{Atlas, Mesh, NoLayout, Scene};
@@ -12,12 +12,12 @@ use glam::{DMat3, DVec2, DVec3, UVec4};
 use std::f64::consts::FRAC_PI_2;
 
 /// Texels and nodes that 32 bits count with room to spare.
-const MOST_TEXELS: usize = 1 << 28;
+const MAX_TEXELS: usize = 1 << 28;
 
 /// Of all mesh receivers, in the order of their tiles.
 #[derive(Default)]
-pub struct Surfaces {
-    pub receivers: Vec<Curved>,
+pub struct MeshReceiverData {
+    pub receivers: Vec<MeshReceiver>,
     pub texels: Vec<AtlasTexel>,
     pub samples: Vec<AtlasSamples>,
     pub nodes: Vec<AtlasNode>,
@@ -38,18 +38,18 @@ pub fn atlases(scene: &Scene) -> Result<Vec<Option<Atlas>>> {
 
 /// # Errors
 /// [`Error::Usage`] where the light maps together have too many texels.
-pub fn surfaces(
+pub fn mesh_receiver_data(
     scene: &Scene,
     tiles: &[Tile],
     atlases: &[Option<Atlas>],
     store: &TriangleStore,
-) -> Result<Surfaces> {
-    let mut all = Surfaces::default();
+) -> Result<MeshReceiverData> {
+    let mut all = MeshReceiverData::default();
     for ((object, mesh, size), tile) in scene.curved_receivers().zip(tiles) {
         let atlas = atlases[object].as_ref().expect("laid out");
-        let surface = Surface::new(atlas, mesh, store.origin);
+        let mesh_texels = MeshTexels::new(atlas, mesh, store.origin);
         let levels = levels(size);
-        all.receivers.push(Curved {
+        all.receivers.push(MeshReceiver {
             tile_x: tile.origin[0],
             tile_y: tile.origin[1],
             width: size[0],
@@ -59,12 +59,12 @@ pub fn surfaces(
             levels,
             ..Default::default()
         });
-        all.nodes.extend(surface.nodes(levels));
-        all.texels.extend(surface.texels);
+        all.nodes.extend(mesh_texels.nodes(levels));
+        all.texels.extend(mesh_texels.texels);
         all.samples.extend(samples(atlas, store.indices(object)));
-        if all.texels.len() > MOST_TEXELS {
+        if all.texels.len() > MAX_TEXELS {
             return Err(Error::Usage {
-                reason: format!("the light maps of meshes have more than {MOST_TEXELS} texels"),
+                reason: format!("the light maps of meshes have more than {MAX_TEXELS} texels"),
                 remedy: "ask for smaller light maps".into(),
             });
         }
@@ -99,14 +99,14 @@ fn samples(atlas: &Atlas, places: &[u32]) -> impl Iterator<Item = AtlasSamples> 
 }
 
 /// One receiver's.
-struct Surface {
+struct MeshTexels {
     size: [u32; 2],
     texels: Vec<AtlasTexel>,
     /// Of what lies in them, seen as the images of whole squares, m².
     covariances: Vec<DMat3>,
 }
 
-impl Surface {
+impl MeshTexels {
     fn new(atlas: &Atlas, mesh: &Mesh, origin: DVec3) -> Self {
         let found = atlas.texels(mesh);
         let width = atlas.size()[0] as usize;
@@ -149,8 +149,8 @@ impl Surface {
         let continued = |source: usize, texel: usize| {
             let triangle = largest(source).expect("a texel in a chart");
             let [u, v] = sides(triangle, middle(source));
-            let way = middle(texel) - atlas.centroid(mesh, source);
-            (found[source].position + way.x * u + way.y * v - origin).as_vec3()
+            let offset = middle(texel) - atlas.centroid(mesh, source);
+            (found[source].position + offset.x * u + offset.y * v - origin).as_vec3()
         };
         // Texels that a chart covers in part show the light at their middle all the same, and texels
         // around the charts continue them, or else looking up between texels would show the seams.
@@ -228,7 +228,7 @@ impl Surface {
             centre,
             radius: radius.fold(0.0, f64::max),
             covariance: texels.iter().map(|t| self.covariances[*t]).sum(),
-            widest: texels.iter().map(trace).fold(0.0, f64::max),
+            max_trace: texels.iter().map(trace).fold(0.0, f64::max),
             axis,
             angle: angle.fold(0.0, f64::max),
         }
@@ -246,7 +246,7 @@ struct Node {
     radius: f64,
     /// Sum of the texels'.
     covariance: DMat3,
-    widest: f64,
+    max_trace: f64,
     axis: DVec3,
     /// From the axis to any normal, at most, rad.
     angle: f64,
@@ -260,7 +260,7 @@ impl Node {
         centre: DVec3::ZERO,
         radius: 0.0,
         covariance: DMat3::ZERO,
-        widest: 0.0,
+        max_trace: 0.0,
         axis: DVec3::ZERO,
         angle: 0.0,
     };
@@ -285,7 +285,7 @@ impl Node {
             centre,
             radius: (radius.fold(0.0, f64::max)).min(0.5 * low.distance(high)),
             covariance: filled().map(|c| c.covariance).sum(),
-            widest: filled().map(|c| c.widest).fold(0.0, f64::max),
+            max_trace: filled().map(|c| c.max_trace).fold(0.0, f64::max),
             axis,
             angle: angle.fold(0.0, f64::max),
         }
@@ -299,16 +299,16 @@ impl Node {
             };
         }
         // Room for rounding to 32 bits.
-        const ROOM: f64 = 1.0 + 1e-5;
+        const MARGIN: f64 = 1.0 + 1e-5;
         let c = self.covariance * (1.0 / self.count);
         AtlasNode {
             centre: self.centre.as_vec3(),
-            radius: (self.radius * ROOM) as f32,
+            radius: (self.radius * MARGIN) as f32,
             diagonal: DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z).as_vec3(),
-            widest: self.widest as f32,
-            beside: DVec3::new(c.x_axis.y, c.x_axis.z, c.y_axis.z).as_vec3(),
+            max_trace: self.max_trace as f32,
+            off_diagonal: DVec3::new(c.x_axis.y, c.x_axis.z, c.y_axis.z).as_vec3(),
             sine: match self.angle < FRAC_PI_2 && self.axis != DVec3::ZERO {
-                true => (self.angle.sin() * ROOM) as f32,
+                true => (self.angle.sin() * MARGIN) as f32,
                 false => 2.0,
             },
             axis: self.axis.as_vec3(),

@@ -43,11 +43,11 @@ pub fn footprints(
         ),
     };
     let description = Description {
-        shader: &shaders::PROJECT_COMP,
+        shader: &shaders::FOOTPRINT_COMP,
         splats: "footprints",
         splat_bytes: size_of::<Footprint>(),
         slots: SLOTS * scene.planar_targets(),
-        draw: [&shaders::SPLAT_VERT, &shaders::SPLAT_FRAG],
+        draw: [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG],
         draw_reads: &[],
         receiver_count: scene.receivers.planar_count,
         spread,

@@ -14,7 +14,7 @@ const GROUP: u32 = 64;
 /// Pairs of a thread of compact.comp.
 const PAIRS: u32 = 8;
 /// Bytes that the splats of one batch may take.
-const MOST_BYTES: u64 = 96 << 20;
+const MAX_BYTES: u64 = 96 << 20;
 
 /// Some pairs of a group of lights.
 #[derive(Debug, Clone, Copy)]
@@ -54,8 +54,8 @@ impl SplatList {
         slots: u32,
     ) -> Result<Self> {
         let bytes = splat_bytes as u64 * u64::from(slots);
-        let most = MOST_BYTES.min(context.max_storage_bytes()) / bytes;
-        let capacity = (most as u32 / GROUP * GROUP)
+        let limit = MAX_BYTES.min(context.max_storage_bytes()) / bytes;
+        let capacity = (limit as u32 / GROUP * GROUP)
             .max(GROUP)
             .min(pairs.next_multiple_of(GROUP));
 

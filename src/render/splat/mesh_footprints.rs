@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::Spot;
+use crate::render::gpu_types::MeshFootprint;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::{CLUSTER_SPREAD, SPREAD};
 use crate::render::splat::projector::{Description, Passes, Projector};
@@ -42,11 +42,11 @@ pub fn mesh_footprints(
     };
     let texels = &scene.receivers.atlas_texels;
     let description = Description {
-        shader: &shaders::CURVED_COMP,
-        splats: "spots",
-        splat_bytes: size_of::<Spot>(),
+        shader: &shaders::MESH_FOOTPRINT_COMP,
+        splats: "mesh_footprints",
+        splat_bytes: size_of::<MeshFootprint>(),
         slots: SLOTS * scene.casters.lobes * scene.receivers.mesh_count(),
-        draw: [&shaders::CURVED_VERT, &shaders::CURVED_FRAG],
+        draw: [&shaders::MESH_FOOTPRINT_VERT, &shaders::MESH_FOOTPRINT_FRAG],
         draw_reads: &[("atlas_texels", Resource::Buffer(texels))],
         receiver_count: scene.receivers.mesh_count(),
         spread,

@@ -85,7 +85,7 @@ impl Projector {
         };
         let mut resources = vec![
             ("patches", Resource::Buffer(patches)),
-            ("suns", Resource::Buffer(lights)),
+            ("lights", Resource::Buffer(lights)),
             ("pairs", Resource::Buffer(pairs)),
             ("counts", Resource::Buffer(&list.counts)),
             ("group_counts", Resource::Buffer(&list.group_counts)),
@@ -122,7 +122,7 @@ impl Projector {
             lobes: scene.casters.lobes,
             spread: self.spread,
             flat_spread: FLAT_SPREAD,
-            trace: u32::from(scene.geometry.can_occlude),
+            can_occlude: u32::from(scene.geometry.can_occlude),
             clustered: u32::from(self.source == Source::Environment),
             product: u32::from(self.area_by_product),
         };

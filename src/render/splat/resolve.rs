@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{LevelsPush, ResolvePush};
-use crate::render::receivers::light_maps::COARSEST;
+use crate::render::receivers::light_maps::MAX_LEVEL;
 use std::sync::Arc;
 
 /// Texels of a step of resolve: 40 ms on two CPU cores.
@@ -48,7 +48,7 @@ impl Resolve {
         levels: Levels,
         light_map: &Image,
     ) -> Result<Self> {
-        let steps = Buffer::new(context, "resolve steps", 12 * u64::from(COARSEST))?;
+        let steps = Buffer::new(context, "resolve steps", 12 * u64::from(MAX_LEVEL))?;
         let coarse = ("coarse", Resource::Buffer(&levels.coarse));
         let own = [coarse, ("steps", Resource::Buffer(&steps))];
         let find_levels = scene.compute(context, &shaders::LEVELS_COMP, &own)?;

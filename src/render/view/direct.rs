@@ -8,7 +8,7 @@ use crate::render::gpu_types::DirectPush;
 use std::sync::Arc;
 
 /// Of a texel, to each sun and to the environment; the constants of direct.comp.
-const SUN_RAYS: u64 = 16;
+const LIGHT_RAYS: u64 = 16;
 const ENVIRONMENT_RAYS: u64 = 64;
 
 pub struct Direct {
@@ -23,13 +23,13 @@ impl Direct {
     }
 
     /// Rays of a texel. `with_suns` as for [`Direct::record`].
-    pub fn rays(scene: &DeviceScene, with_suns: bool) -> u64 {
-        let suns = if with_suns {
+    pub fn rays(scene: &DeviceScene, with_lights: bool) -> u64 {
+        let lights = if with_lights {
             scene.lights.scene_count
         } else {
             0
         };
-        SUN_RAYS * u64::from(suns) + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present)
+        LIGHT_RAYS * u64::from(lights) + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present)
     }
 
     /// Irradiance of a part of a receiver from the environment, and from the suns where
@@ -38,26 +38,26 @@ impl Direct {
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        (tile, part): (usize, GroupRect),
-        with_suns: bool,
+        (tile, rect): (usize, GroupRect),
+        with_lights: bool,
     ) {
-        let (receiver, is_curved) = scene.receivers.of_tile(tile);
+        let (receiver, is_mesh) = scene.receivers.of_tile(tile);
         let push = DirectPush {
-            first: part.first,
+            first: rect.first,
             receiver,
             triangle: scene
                 .geometry
                 .store
                 .indices(scene.receivers.tiles[tile].object)[0],
-            sun_count: if with_suns {
+            light_count: if with_lights {
                 scene.lights.scene_count
             } else {
                 0
             },
             has_environment: u32::from(scene.environment.is_present),
             rotation: scene.environment.rotation,
-            is_curved: u32::from(is_curved),
+            is_mesh: u32::from(is_mesh),
         };
-        recorder.dispatch(&self.pipeline, &push, part.threads());
+        recorder.dispatch(&self.pipeline, &push, rect.threads());
     }
 }

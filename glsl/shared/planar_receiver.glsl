@@ -1,7 +1,7 @@
 // Receivers: positions on their planes and texels of the atlas.
 
 // Position on the receiver's plane in texels of the atlas.
-vec2 to_texels(Receiver receiver, vec3 position) {
+vec2 to_texels(PlanarReceiver receiver, vec3 position) {
     vec3 offset = position - receiver.origin;
     float u = dot(offset, receiver.edge_u) / dot(receiver.edge_u, receiver.edge_u);
     float v = dot(offset, receiver.edge_v) / dot(receiver.edge_v, receiver.edge_v);
@@ -9,35 +9,35 @@ vec2 to_texels(Receiver receiver, vec3 position) {
     return vec2(receiver.tile_x, receiver.tile_y) + vec2(u, 1.0 - v) * size;
 }
 
-vec3 from_texels(Receiver receiver, vec2 texel) {
+vec3 from_texels(PlanarReceiver receiver, vec2 texel) {
     vec2 uv = (texel - vec2(receiver.tile_x, receiver.tile_y)) / vec2(receiver.width, receiver.height);
     return receiver.origin + uv.x * receiver.edge_u + (1.0 - uv.y) * receiver.edge_v;
 }
 
 // Direction on the receiver's plane, in texels.
-vec2 texel_direction(Receiver receiver, vec3 direction) {
+vec2 texel_direction(PlanarReceiver receiver, vec3 direction) {
     float u = dot(direction, receiver.edge_u) / dot(receiver.edge_u, receiver.edge_u);
     float v = dot(direction, receiver.edge_v) / dot(receiver.edge_v, receiver.edge_v);
     return vec2(u * float(receiver.width), -v * float(receiver.height));
 }
 
 // m^2
-float texel_area(Receiver receiver) {
+float texel_area(PlanarReceiver receiver) {
     return length(cross(receiver.edge_u, receiver.edge_v)) / float(receiver.width * receiver.height);
 }
 
 // Wide footprints are splatted into coarser levels of a light map, which lie beside it in the
 // atlas, one below the other. A texel of level l is 2^l texels of the light map wide, and there is
 // one more all around, because the levels are interpolated. As in padded() of src/render/upload.rs.
-const int COARSEST = 5;
-const uint FEWEST = 16; // texels on the shorter side of the coarsest level
+const int MAX_LEVEL = 5;
+const uint MIN_COARSE_SIDE = 16; // texels on the shorter side of the coarsest level
 
-int coarsest_level(Receiver receiver) {
-    return clamp(findMSB(min(receiver.width, receiver.height) / FEWEST), 0, COARSEST);
+int coarsest_level(PlanarReceiver receiver) {
+    return clamp(findMSB(min(receiver.width, receiver.height) / MIN_COARSE_SIDE), 0, MAX_LEVEL);
 }
 
 // The coarsest level of which a texel is no wider than the root of the variance, texel^2.
-int level_for(Receiver receiver, float variance) {
+int level_for(PlanarReceiver receiver, float variance) {
     return clamp(findMSB(uint(variance)) / 2, 0, coarsest_level(receiver));
 }
 
@@ -46,7 +46,7 @@ struct Level {
     ivec2 size;      // without the texels around
 };
 
-Level level_of(Receiver receiver, int level) {
+Level level_of(PlanarReceiver receiver, int level) {
     ivec2 size = ivec2(receiver.width, receiver.height);
     ivec2 origin = ivec2(receiver.tile_x, receiver.tile_y);
     if (level == 0) return Level(origin, size);
@@ -57,7 +57,7 @@ Level level_of(Receiver receiver, int level) {
 
 // Whether a merged patch is so near to the receiver for its size that its light is not that of a point:
 // squared size over squared height, 0.1 to 1 gave the same.
-bool touches(Patch patch_, Receiver receiver) {
+bool is_close_cluster(Patch patch_, PlanarReceiver receiver) {
     float height = dot(patch_.position - receiver.origin, receiver.normal);
     float square = dot(patch_.edge1, patch_.edge1) + dot(patch_.edge2, patch_.edge2);
     return height > 0.0 && square > 0.3 * height * height;

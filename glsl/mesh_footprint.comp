@@ -4,44 +4,44 @@
 // refined where the tube touches it as long as there are slots.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
-layout(std430, binding = 4) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 4) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 5) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
 layout(std430, binding = 6) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 7) readonly buffer Profiles { Profile profiles[]; };
 // SLOTS lobes curved_count slots a pair, the used ones first.
-layout(std430, binding = 8) writeonly buffer Spots { Spot spots[]; };
+layout(std430, binding = 8) writeonly buffer MeshFootprints { MeshFootprint mesh_footprints[]; };
 layout(std430, binding = 9) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 10) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // spots, lit pairs
 layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light, where patches are merged
 #include "project_push.glsl"
 
 #include "trace.glsl"
-#include "sun.glsl"
+#include "light.glsl"
 #include "optics.glsl"
-#include "footprint.glsl"
+#include "kernel_fit.glsl"
 #include "flux.glsl"
 #include "slots.glsl"
 
 // Spots of a patch on a receiver; as in src/render/curved.rs.
 const uint SLOTS = 32;
-// Squared support radius of the widest kernel, p = SHARPEST: 2 (p + 2).
-const float WIDEST_SUPPORT = 18.0;
+// Squared support radius of the max_trace kernel, p = SHARPEST: 2 (p + 2).
+const float MAX_SUPPORT = 18.0;
 // Of a texel seen edge on, its covariance's smaller part over the larger.
-const float THINNEST = 1e-3;
+const float MIN_VARIANCE_RATIO = 1e-3;
 
 // Root of the covariance of the light's directions across the ray.
-mat2 light_growth(Light light, Sun sun, vec3 n, float ratio, mat2x3 across) {
+mat2 light_growth(Light light, LightDisc disc, vec3 n, float eta, mat2x3 across) {
     vec3 a, b;
-    axes_of(light, sun, a, b);
-    a = sent_change(sun.direction, n, a, vec3(0.0), ratio);
-    b = sent_change(sun.direction, n, b, vec3(0.0), ratio);
+    light_axes(light, disc, a, b);
+    a = outgoing_change(disc.direction, n, a, vec3(0.0), eta);
+    b = outgoing_change(disc.direction, n, b, vec3(0.0), eta);
     return mat2(a * across, b * across);
 }
 
@@ -49,7 +49,7 @@ mat2 light_growth(Light light, Sun sun, vec3 n, float ratio, mat2x3 across) {
 // at middle + s drift and the root of covariance (of_patch + s patch_growth, s light_growth).
 struct Tube {
     vec3 start;
-    vec3 along;      // unit
+    vec3 direction;      // unit
     vec3 a;
     vec3 b;
     vec2 middle;
@@ -61,59 +61,59 @@ struct Tube {
 };
 
 // Of a merged patch, by derivatives at its middle: rays from the midpoints of a large patch may part too much.
-Tube merged_tube(Patch patch_, Light light, Sun sun, float ratio) {
+Tube cluster_tube(Patch patch_, Light light, LightDisc disc, float eta) {
     Tube tube;
     vec3 n = normalize(patch_.normal);
     tube.start = patch_.position;
-    tube.along = sent(sun.direction, n, ratio);
-    basis(tube.along, tube.a, tube.b);
+    tube.direction = outgoing_direction(disc.direction, n, eta);
+    basis(tube.direction, tube.a, tube.b);
     tube.middle = tube.drift = vec2(0.0);
     mat2x3 across = mat2x3(tube.a, tube.b);
-    tube.sharpest = CURVED_SHARPEST;
+    tube.sharpest = SHARPEST_CURVED;
     for (int i = 0; i < 2; i++) {
         vec2 st = sqrt(push.spread) * AXES[i];
-        vec3 bend = normalize_change(patch_.normal, st.x * patch_.bend1 + st.y * patch_.bend2);
+        vec3 normal_change = normalize_change(patch_.normal, st.x * patch_.normal_du + st.y * patch_.normal_dv);
         tube.of_patch[i] = (st.x * patch_.edge1 + st.y * patch_.edge2) * across;
-        tube.patch_growth[i] = sent_change(sun.direction, n, vec3(0.0), bend, ratio) * across;
+        tube.patch_growth[i] = outgoing_change(disc.direction, n, vec3(0.0), normal_change, eta) * across;
     }
-    tube.light_growth = light_growth(light, sun, n, ratio, across);
+    tube.light_growth = light_growth(light, disc, n, eta, across);
     return tube;
 }
 
 // Not any where the rays from the midpoints part too much for a tube.
-bool tube_of(Patch patch_, Light light, Sun sun, float ratio, out Tube tube) {
+bool tube_of(Patch patch_, Light light, LightDisc disc, float eta, out Tube tube) {
     vec3 from[3];
-    vec3 way[3];
+    vec3 path[3];
     vec3 sum = vec3(0.0);
     for (int i = 0; i < 3; i++) {
         vec2 st = MIDPOINTS[i];
         from[i] = st.x * patch_.edge1 + st.y * patch_.edge2;
-        vec3 n = normalize(patch_.normal + st.x * patch_.bend1 + st.y * patch_.bend2);
-        way[i] = sent(sun_at(light, patch_.position + from[i]).direction, n, ratio);
-        sum += way[i];
+        vec3 n = normalize(patch_.normal + st.x * patch_.normal_du + st.y * patch_.normal_dv);
+        path[i] = outgoing_direction(disc_at(light, patch_.position + from[i]).direction, n, eta);
+        sum += path[i];
     }
     tube.start = patch_.position;
-    tube.along = normalize(sum);
-    basis(tube.along, tube.a, tube.b);
+    tube.direction = normalize(sum);
+    basis(tube.direction, tube.a, tube.b);
     mat2x3 across = mat2x3(tube.a, tube.b);
     vec2 at[3];
     vec2 slope[3];
     tube.middle = tube.drift = vec2(0.0);
     for (int i = 0; i < 3; i++) {
-        float forward = dot(way[i], tube.along);
+        float forward = dot(path[i], tube.direction);
         if (!(forward > 0.2)) return false;
-        slope[i] = way[i] * across / forward;
-        at[i] = from[i] * across - slope[i] * dot(from[i], tube.along);
+        slope[i] = path[i] * across / forward;
+        at[i] = from[i] * across - slope[i] * dot(from[i], tube.direction);
         tube.middle += at[i] / 3.0;
         tube.drift += slope[i] / 3.0;
     }
-    bool is_flat = patch_.bend1 == vec3(0.0) && patch_.bend2 == vec3(0.0);
+    bool is_flat = patch_.normal_du == vec3(0.0) && patch_.normal_dv == vec3(0.0);
     float deviation = sqrt(is_flat ? push.flat_spread : push.spread);
-    tube.sharpest = is_flat ? SHARPEST : CURVED_SHARPEST;
+    tube.sharpest = is_flat ? SHARPEST : SHARPEST_CURVED;
     tube.of_patch = deviation * mat2((at[0] - at[1]) * sqrt(1.0 / 6.0), (at[2] - tube.middle) * sqrt(0.5));
     tube.patch_growth = deviation * mat2((slope[0] - slope[1]) * sqrt(1.0 / 6.0), (slope[2] - tube.drift) * sqrt(0.5));
 
-    tube.light_growth = light_growth(light, sun, normalize(patch_.normal), ratio, across);
+    tube.light_growth = light_growth(light, disc, normalize(patch_.normal), eta, across);
     return true;
 }
 
@@ -140,18 +140,18 @@ float growth_at(Tube tube, float s) {
 
 // Whether light may fall on a node: false only if some line parts the tube, out to the `support` of
 // its kernel, from the node's sphere. The variance is convex in s, so its ends count.
-bool touches(Tube tube, AtlasNode node, float support) {
-    vec3 way = node.centre - tube.start;
-    float s = dot(way, tube.along);
-    bool lit = node.radius >= 0.0 && s + node.radius > 0.0 && dot(node.axis, tube.along) < node.sine;
+bool may_light(Tube tube, AtlasNode node, float support) {
+    vec3 path = node.centre - tube.start;
+    float s = dot(path, tube.direction);
+    bool lit = node.radius >= 0.0 && s + node.radius > 0.0 && dot(node.axis, tube.direction) < node.sine;
     if (!lit) return false;
-    vec2 off = way * mat2x3(tube.a, tube.b) - tube.middle - s * tube.drift;
+    vec2 off = path * mat2x3(tube.a, tube.b) - tube.middle - s * tube.drift;
     float distance_ = length(off);
     if (distance_ <= node.radius) return true;
     vec2 u = off / distance_;
     float nearer = variance_along(tube, u, max(s - node.radius, 0.0));
     float farther = variance_along(tube, u, s + node.radius);
-    float reach = sqrt(support * (max(nearer, farther) + node.widest));
+    float reach = sqrt(support * (max(nearer, farther) + node.max_trace));
     return distance_ <= reach + node.radius * (1.0 + length(tube.drift));
 }
 
@@ -164,62 +164,62 @@ uint packed(uvec3 node) {
     return node.x | node.y << 4 | node.z << 18;
 }
 
-AtlasNode node_at(Curved receiver, uvec3 node) {
+AtlasNode node_at(MeshReceiver receiver, uvec3 node) {
     uint first = receiver.first_node;
     for (uint level = 0; level < node.x; level++) first += 1u << 2 * (receiver.levels - level);
     return atlas_nodes[first + (node.z << receiver.levels - node.x) + node.y];
 }
 
 // The spot on one node, if there is any.
-bool spot_on(Curved receiver, uvec3 place, Tube tube, vec3 flux, vec3 hit, vec3 front, out Spot spot) {
+bool project_to_node(MeshReceiver receiver, uvec3 place, Tube tube, vec3 flux, vec3 occluder, vec3 occluder_normal, out MeshFootprint footprint) {
     AtlasNode node = node_at(receiver, place);
-    float s = max(dot(node.centre - tube.start, tube.along), 0.0);
+    float s = max(dot(node.centre - tube.start, tube.direction), 0.0);
     // Coordinates across the ray in which the texels' covariance is that of unit squares, I/12.
-    vec3 ca = vec3(dot(vec3(node.diagonal.x, node.beside.xy), tube.a),
-        dot(vec3(node.beside.x, node.diagonal.y, node.beside.z), tube.a),
-        dot(vec3(node.beside.yz, node.diagonal.z), tube.a));
-    vec3 cb = vec3(dot(vec3(node.diagonal.x, node.beside.xy), tube.b),
-        dot(vec3(node.beside.x, node.diagonal.y, node.beside.z), tube.b),
-        dot(vec3(node.beside.yz, node.diagonal.z), tube.b));
+    vec3 ca = vec3(dot(vec3(node.diagonal.x, node.off_diagonal.xy), tube.a),
+        dot(vec3(node.off_diagonal.x, node.diagonal.y, node.off_diagonal.z), tube.a),
+        dot(vec3(node.off_diagonal.yz, node.diagonal.z), tube.a));
+    vec3 cb = vec3(dot(vec3(node.diagonal.x, node.off_diagonal.xy), tube.b),
+        dot(vec3(node.off_diagonal.x, node.diagonal.y, node.off_diagonal.z), tube.b),
+        dot(vec3(node.off_diagonal.yz, node.diagonal.z), tube.b));
     float aa = 12.0 * dot(tube.a, ca);
     float ab = 12.0 * dot(tube.a, cb);
     float bb = 12.0 * dot(tube.b, cb);
-    float least = THINNEST * (aa + bb);
-    float root_a = sqrt(aa + least);
+    float min_variance = MIN_VARIANCE_RATIO * (aa + bb);
+    float root_a = sqrt(aa + min_variance);
     float root_ab = ab / root_a;
-    float root_b = sqrt(max(bb + least - root_ab * root_ab, least));
+    float root_b = sqrt(max(bb + min_variance - root_ab * root_ab, min_variance));
     mat2 to_texels = mat2(1.0 / root_a, -root_ab / (root_a * root_b), 0.0, 1.0 / root_b);
     mat2 of_patch = to_texels * (tube.of_patch + s * tube.patch_growth);
     mat2 of_light = to_texels * (s * tube.light_growth);
     Kernel kernel = kernel_for(of_patch, of_light, 1.0 / 12.0, tube.sharpest);
-    if (!(kernel.determinant > 0.0) || !touches(tube, node, kernel.profile.support)) return false;
+    if (!(kernel.determinant > 0.0) || !may_light(tube, node, kernel.profile.support)) return false;
 
     vec2 middle = tube.middle + s * tube.drift;
     uvec2 size = uvec2(LEAF << place.x);
     uvec2 tile = uvec2(receiver.tile_x, receiver.tile_y);
     uvec2 low = tile + place.yz * size;
     uvec2 high = min(low + size, tile + uvec2(receiver.width, receiver.height));
-    spot.centre = tube.start + s * tube.along + middle.x * tube.a + middle.y * tube.b;
-    spot.flatness = kernel.profile.flatness;
-    spot.u = tube.a / root_a;
-    spot.v = (tube.b - root_ab * spot.u) / root_b;
-    spot.before = s;
-    spot.low = low.x | low.y << 16;
-    spot.high = high.x | high.y << 16;
-    spot.along = tube.along;
-    spot.conic = conic_of(kernel);
-    spot.tolerance = 0.5 * sqrt(6.0 * node.widest);
-    spot.peak = flux * (peak_of(kernel) / (root_a * root_b));
-    spot.base = int(receiver.first_texel) - int(tile.x) - int(tile.y * receiver.width);
-    spot.stride = int(receiver.width);
-    spot.hit = hit;
-    spot.front = front;
-    spot.growth = growth_at(tube, s);
+    footprint.centre = tube.start + s * tube.direction + middle.x * tube.a + middle.y * tube.b;
+    footprint.flatness = kernel.profile.flatness;
+    footprint.u = tube.a / root_a;
+    footprint.v = (tube.b - root_ab * footprint.u) / root_b;
+    footprint.travelled = s;
+    footprint.low = low.x | low.y << 16;
+    footprint.high = high.x | high.y << 16;
+    footprint.direction = tube.direction;
+    footprint.conic = conic_of(kernel);
+    footprint.tolerance = 0.5 * sqrt(6.0 * node.max_trace);
+    footprint.peak = flux * (peak_of(kernel) / (root_a * root_b));
+    footprint.base = int(receiver.first_texel) - int(tile.x) - int(tile.y * receiver.width);
+    footprint.stride = int(receiver.width);
+    footprint.occluder = occluder;
+    footprint.occluder_normal = occluder_normal;
+    footprint.growth = growth_at(tube, s);
     return true;
 }
 
 // Writes the spots of a tube with `flux` in W from `slot` on, and returns how many there are.
-uint spots_of(Curved receiver, Tube tube, vec3 flux, vec3 hit, vec3 front, uint slot) {
+uint project_to_mesh(MeshReceiver receiver, Tube tube, vec3 flux, vec3 occluder, vec3 occluder_normal, uint slot) {
     uint now[SLOTS];
     uint next[SLOTS];
     uint count = 1;
@@ -233,7 +233,7 @@ uint spots_of(Curved receiver, Tube tube, vec3 flux, vec3 hit, vec3 front, uint 
             bool fits = node.x == level;
             for (uint child = 0; fits && child < 4; child++) {
                 uvec3 place = uvec3(level - 1, 2 * node.yz + uvec2(child & 1, child >> 1));
-                if (!touches(tube, node_at(receiver, place), WIDEST_SUPPORT)) continue;
+                if (!may_light(tube, node_at(receiver, place), MAX_SUPPORT)) continue;
                 fits = found + others < SLOTS;
                 if (fits) next[found++] = packed(place);
             }
@@ -247,8 +247,8 @@ uint spots_of(Curved receiver, Tube tube, vec3 flux, vec3 hit, vec3 front, uint 
     }
     uint written = 0;
     for (uint i = 0; i < count; i++) {
-        Spot spot;
-        if (spot_on(receiver, unpacked(now[i]), tube, flux, hit, front, spot)) spots[slot + written++] = spot;
+        MeshFootprint footprint;
+        if (project_to_node(receiver, unpacked(now[i]), tube, flux, occluder, occluder_normal, footprint)) mesh_footprints[slot + written++] = footprint;
     }
     return written;
 }
@@ -260,33 +260,33 @@ void main() {
         uint pair = push.first_pair + local;
         uvec2 members = push.clustered != 0 ? pairs[pair] : uvec2(pair % push.patch_count, pair / push.patch_count);
         Patch patch_ = patches[members.x];
-        Light light = suns[members.y];
-        Sun sun = sun_at(light, patch_.position);
-        float ratio = turn_toward(patch_, sun.direction);
+        Light light = lights[members.y];
+        LightDisc disc = disc_at(light, patch_.position);
+        float eta = orient_toward(patch_, disc.direction);
         vec3 flux[2];
-        if (flux_of(patch_, light, sun, ratio, flux)) {
+        if (flux_of(patch_, light, disc, eta, flux)) {
             uint first_slot = local * SLOTS * push.lobes * push.receiver_count;
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 Tube tube;
                 if (flux[lobe] == vec3(0.0)) continue;
-                float way = lobe == 0 ? 0.0 : ratio;
+                float path = lobe == 0 ? 0.0 : eta;
                 if (push.clustered != 0) {
-                    tube = merged_tube(patch_, light, sun, way);
-                } else if (!tube_of(patch_, light, sun, way, tube)) {
+                    tube = cluster_tube(patch_, light, disc, path);
+                } else if (!tube_of(patch_, light, disc, path, tube)) {
                     continue;
                 }
                 vec3 at = vec3(0.0);
-                vec3 front = vec3(0.0);
-                if (push.trace != 0) {
-                    Hit hit = nearest(tube.start, tube.along, patch_.triangle, BLOCKS);
-                    if (hit.triangle != NO_TRIANGLE) {
-                        at = tube.start + hit.distance * tube.along;
-                        front = normalize(cross(triangles[hit.triangle].edge1, triangles[hit.triangle].edge2));
-                        if (dot(front, tube.along) > 0.0) front = -front;
+                vec3 occluder_normal = vec3(0.0);
+                if (push.can_occlude != 0) {
+                    Hit occluder = nearest(tube.start, tube.direction, patch_.triangle, OCCLUDES);
+                    if (occluder.triangle != NO_TRIANGLE) {
+                        at = tube.start + occluder.distance * tube.direction;
+                        occluder_normal = normalize(cross(triangles[occluder.triangle].edge1, triangles[occluder.triangle].edge2));
+                        if (dot(occluder_normal, tube.direction) > 0.0) occluder_normal = -occluder_normal;
                     }
                 }
                 for (uint index = 0; index < push.receiver_count; index++) {
-                    count += spots_of(curved[index], tube, flux[lobe], at, front, first_slot + count);
+                    count += project_to_mesh(mesh_receivers[index], tube, flux[lobe], at, occluder_normal, first_slot + count);
                 }
             }
         }

@@ -8,7 +8,7 @@
 // Exponent p of the last kernel of `profiles`, see src/render/kernel.rs.
 const float SHARPEST = 7.0;
 // And of the sharpest for a patch that bends the light.
-const float CURVED_SHARPEST = 4.0;
+const float SHARPEST_CURVED = 4.0;
 
 struct Kernel {
     Profile profile;

@@ -1,44 +1,44 @@
 // curved: the kernel's value at the centroid of what lies in the texel, times the cosine.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 #include "kernel.glsl"
 
 layout(std430, binding = 1) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
 layout(location = 0) in flat vec4 centre_and_flatness;
-layout(location = 1) in flat vec4 u_and_before;
+layout(location = 1) in flat vec4 u_and_travelled;
 layout(location = 2) in flat vec3 v;
-layout(location = 3) in flat vec4 along_and_growth;
+layout(location = 3) in flat vec4 direction_and_growth;
 layout(location = 4) in flat vec4 conic_and_tolerance;
 layout(location = 5) in flat vec3 peak;
-layout(location = 6) in flat vec3 hit;
-layout(location = 7) in flat vec3 front;
+layout(location = 6) in flat vec3 occluder;
+layout(location = 7) in flat vec3 occluder_normal;
 layout(location = 8) in flat ivec2 base_and_stride;
 layout(location = 0) out vec4 irradiance;
 
 // What lies behind the surface that the ray meets is in its shadow, by this much of the way between
 // them at least.
-const float BEHIND = 0.05;
+const float MIN_SHADOW_SLOPE = 0.05;
 // Least width of the light over that at the spot's centre: it is not followed into a focus.
-const float NARROWEST = 0.25;
+const float MIN_SIZE = 0.25;
 
 void main() {
     ivec2 place = ivec2(gl_FragCoord.xy);
     AtlasTexel texel = atlas_texels[base_and_stride.x + place.x + place.y * base_and_stride.y];
     vec3 q = texel.position - centre_and_flatness.xyz;
-    vec3 along = along_and_growth.xyz;
-    float forward = dot(along, q);
+    vec3 direction = direction_and_growth.xyz;
+    float forward = dot(direction, q);
     // The light's width here over that at the centre.
-    float size = max(1.0 + along_and_growth.w * forward, NARROWEST);
-    vec2 d = vec2(dot(u_and_before.xyz, q), dot(v, q)) / size;
+    float size = max(1.0 + direction_and_growth.w * forward, MIN_SIZE);
+    vec2 d = vec2(dot(u_and_travelled.xyz, q), dot(v, q)) / size;
     float value = kernel_value(centre_and_flatness.w, quadratic2(conic_and_tolerance.xyz, d)) / (size * size);
-    vec3 way = along + along_and_growth.w / size * (q - forward * along);
-    float facing = max(-dot(way, texel.normal), 0.0);
-    bool ahead = forward > -u_and_before.w;
+    vec3 local_direction = direction + direction_and_growth.w / size * (q - forward * direction);
+    float facing = max(-dot(local_direction, texel.normal), 0.0);
+    bool ahead = forward > -u_and_travelled.w;
     // Blocked where the texel is behind the surface that the ray meets and that is before the texel's:
     // neither on one curved surface nor on two sides of an edge that light falls on.
-    vec3 off = texel.position - hit;
-    float least = conic_and_tolerance.w + BEHIND * length(off);
-    bool blocked = dot(off, front) < -least && dot(off, texel.normal) < -least;
-    irradiance = vec4(ahead && !blocked ? peak * (value * facing) : vec3(0.0), 0.0);
+    vec3 off = texel.position - occluder;
+    float least = conic_and_tolerance.w + MIN_SHADOW_SLOPE * length(off);
+    bool occluded = dot(off, occluder_normal) < -least && dot(off, texel.normal) < -least;
+    irradiance = vec4(ahead && !occluded ? peak * (value * facing) : vec3(0.0), 0.0);
 }

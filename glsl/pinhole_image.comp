@@ -3,17 +3,17 @@
 // as soft as the patch is wide and bends the light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Suns { Light suns[]; };
-layout(std430, binding = 4) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 // lobes^2 receiver_count slots a pair, the used ones first.
-layout(std430, binding = 6) writeonly buffer Images { LightImage images[]; };
+layout(std430, binding = 6) writeonly buffer PinholeImages { PinholeImage pinhole_images[]; };
 layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // images, lit pairs
 layout(std430, binding = 9) buffer Coarse { uint coarse[]; }; // by receiver: bit l for images in level l
@@ -21,9 +21,9 @@ layout(std430, binding = 10) readonly buffer Pairs { uvec2 pairs[]; }; // patch 
 #include "project_push.glsl"
 
 #include "trace.glsl"
-#include "sun.glsl"
+#include "light.glsl"
 #include "optics.glsl"
-#include "receiver.glsl"
+#include "planar_receiver.glsl"
 #include "kernel.glsl"
 #include "flux.glsl"
 #include "slots.glsl"
@@ -38,7 +38,7 @@ const float POLE = 0.9999;
 const float COARSE_TEXEL = 2.0;
 
 // What a part of the sky is, in the axes of its middle.
-struct Sky {
+struct Cell {
     vec3 ahead;
     vec3 east;
     float half_azimuth;  // tangent
@@ -46,35 +46,35 @@ struct Sky {
     float sine;
 };
 
-Sky sky_of(Light light) {
+Cell cell_of(Light light) {
     vec3 ahead = normalize(vec3(light.place.x, 0.0, light.place.z));
-    return Sky(ahead, vec3(-ahead.z, 0.0, ahead.x), tan(min(light.half_azimuth, 1.5)), light.half_sine, light.place.y);
+    return Cell(ahead, vec3(-ahead.z, 0.0, ahead.x), tan(min(light.half_azimuth, 1.5)), light.half_sine, light.place.y);
 }
 
 // The direction at u and v, -1 to 1 within the part.
-vec3 toward(Sky sky, vec2 uv) {
-    float across = uv.x * sky.half_azimuth;
-    float sine = clamp(sky.sine + uv.y * sky.half_sine, -1.0, 1.0);
+vec3 toward(Cell cell, vec2 uv) {
+    float across = uv.x * cell.half_azimuth;
+    float sine = clamp(cell.sine + uv.y * cell.half_sine, -1.0, 1.0);
     float level = sqrt(1.0 - sine * sine) * inversesqrt(1.0 + across * across);
-    return level * (sky.ahead + across * sky.east) + vec3(0.0, sine, 0.0);
+    return level * (cell.ahead + across * cell.east) + vec3(0.0, sine, 0.0);
 }
 
 // Whether there is light of the part behind the patch, too, which is turned toward its middle.
 bool is_on_both_sides(Patch patch_, Light light) {
-    Sky sky = sky_of(light);
+    Cell cell = cell_of(light);
     vec3 normal = cross(patch_.edge1, patch_.edge2);
     float least = FAR;
-    for (int i = 0; i < 9; i++) least = min(least, dot(toward(sky, vec2(i % 3 - 1, i / 3 - 1)), normal));
+    for (int i = 0; i < 9; i++) least = min(least, dot(toward(cell, vec2(i % 3 - 1, i / 3 - 1)), normal));
     return least < 0.0;
 }
 
 // The mirrored or, if `passes`, the refracted image on receiver number `index`, if there is any. `surface` is the index of
 // refraction before the patch over that beyond, 0 for a mirror. `lit`: -1 as long as it is not known whether
 // light arrives at the patch.
-bool image_on(Patch patch_, Light light, float surface, bool passes, uint index, inout int lit, out LightImage image) {
-    float ratio = passes ? surface : 0.0;
-    Receiver receiver = receivers[index];
-    if (touches(patch_, receiver)) return false;
+bool project_image(Patch patch_, Light light, float eta, bool refracts, uint index, inout int lit, out PinholeImage image) {
+    float lobe_eta = refracts ? eta : 0.0;
+    PlanarReceiver receiver = planar_receivers[index];
+    if (is_close_cluster(patch_, receiver)) return false;
     vec3 m = receiver.normal;
     float height = dot(patch_.position - receiver.origin, m);
     if (height <= 0.0) return false;
@@ -82,18 +82,18 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     vec3 geometric = cross(patch_.edge1, patch_.edge2);
 
     // The middle of what the patch sends down.
-    Sky sky = sky_of(light);
+    Cell cell = cell_of(light);
     vec3 middle = vec3(0.0);
     for (int i = 0; i < 9; i++) {
-        vec3 s = toward(sky, 2.0 / 3.0 * vec2(i % 3 - 1, i / 3 - 1));
-        if (dot(s, normal) > GRAZING && dot(sent(s, normal, ratio), m) < -GRAZING) middle += s;
+        vec3 s = toward(cell, 2.0 / 3.0 * vec2(i % 3 - 1, i / 3 - 1));
+        if (dot(s, normal) > GRAZING && dot(outgoing_direction(s, normal, lobe_eta), m) < -GRAZING) middle += s;
     }
     if (middle == vec3(0.0)) return false;
     middle = normalize(middle);
-    vec3 r = sent(middle, normal, ratio);
+    vec3 r = outgoing_direction(middle, normal, lobe_eta);
     // Of a wide part the middle may be refracted elsewhere.
     if (dot(r, m) >= -GRAZING) return false;
-    if (lit < 0) lit = int(push.trace == 0 || !occluded(patch_.position, middle, FAR, patch_.triangle));
+    if (lit < 0) lit = int(push.can_occlude == 0 || !occluded(patch_.position, middle, FAR, patch_.triangle));
     if (lit == 0) return false;
     float way = height / -dot(r, m);
 
@@ -101,9 +101,9 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     mat2 of_patch;
     for (int i = 0; i < 2; i++) {
         vec2 st = AXES[i];
-        vec3 bend = normalize_change(patch_.normal, st.x * patch_.bend1 + st.y * patch_.bend2);
+        vec3 bend = normalize_change(patch_.normal, st.x * patch_.normal_du + st.y * patch_.normal_dv);
         vec3 change = st.x * patch_.edge1 + st.y * patch_.edge2
-            + way * sent_change(middle, normal, vec3(0.0), bend, ratio);
+            + way * outgoing_change(middle, normal, vec3(0.0), bend, lobe_eta);
         of_patch[i] = texel_direction(receiver, change - r * (dot(change, m) / dot(r, m)));
     }
     of_patch *= sqrt(push.spread);
@@ -123,16 +123,16 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     // there comes a part along the normal, see bend_at().
     vec3 u = receiver.edge_u / (float(receiver.width) * scale * height);
     vec3 v = -receiver.edge_v / (float(receiver.height) * scale * height);
-    vec3 ahead = sky.ahead;
-    vec3 east = sky.east / sky.half_azimuth;
-    vec3 up = vec3(0.0, 1.0 / sky.half_sine, 0.0);
+    vec3 ahead = cell.ahead;
+    vec3 east = cell.east / cell.half_azimuth;
+    vec3 up = vec3(0.0, 1.0 / cell.half_sine, 0.0);
     vec3 cosine = normal;
     vec3 by_normal = vec3(0.0);
-    if (passes) {
+    if (refracts) {
         by_normal = vec3(dot(ahead, normal), dot(east, normal), dot(up, normal));
-        ahead /= -ratio;
-        east /= -ratio;
-        up /= -ratio;
+        ahead /= -lobe_eta;
+        east /= -lobe_eta;
+        up /= -lobe_eta;
         cosine = -normal;
     } else {
         ahead = mirrored(ahead, normal);
@@ -143,8 +143,8 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     // How the coordinates change by the texel, in the middle, and so how soft the edges are. Where
     // the blur of the two is correlated, the second is what is left beside the first.
     float at = dot(cosine, r);
-    float bend = passes ? bend_at(at, ratio) : 0.0;
-    float bend_change = passes ? at / (ratio * ratio * bend + ratio * at) - 1.0 / ratio : 0.0;
+    float bend = refracts ? normal_coefficient(at, lobe_eta) : 0.0;
+    float bend_change = refracts ? at / (lobe_eta * lobe_eta * bend + lobe_eta * at) - 1.0 / lobe_eta : 0.0;
     float forward = dot(ahead, r) + by_normal.x * bend;
     float sideward = dot(east, r) + by_normal.y * bend;
     vec2 du, dv;
@@ -166,18 +166,18 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     vec2 soft = SOFT * sqrt(max(vec2(blur.x, blur.z - shear * blur.y), 1e-8));
 
     // There is nothing beyond the poles to be mixed with.
-    float low_sine = sky.sine - sky.half_sine;
-    float high_sine = sky.sine + sky.half_sine;
-    float beyond = soft.y * sky.half_sine;
+    float low_sine = cell.sine - cell.half_sine;
+    float high_sine = cell.sine + cell.half_sine;
+    float beyond = soft.y * cell.half_sine;
     if (low_sine < -POLE) low_sine = -1.0 - beyond;
     if (high_sine > POLE) high_sine = 1.0 + beyond;
-    float narrower = 2.0 * sky.half_sine / (high_sine - low_sine);
+    float narrower = 2.0 * cell.half_sine / (high_sine - low_sine);
     up *= narrower;
     by_normal.z *= narrower;
     shear *= narrower;
     soft.y *= narrower;
-    sky.sine = 0.5 * (low_sine + high_sine);
-    sky.half_sine = 0.5 * (high_sine - low_sine);
+    cell.sine = 0.5 * (low_sine + high_sine);
+    cell.half_sine = 0.5 * (high_sine - low_sine);
 
     // What it covers: where directions around it go, those beyond the horizons taken back to them.
     vec2 edge = 1.0 + soft;
@@ -186,10 +186,10 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     vec2 high = vec2(-FAR);
     vec2 inside = vec2(dot(middle, normal), -dot(r, m)) - 0.1 * GRAZING;
     for (int i = 0; i < 10; i++) {
-        vec3 s = toward(sky, edge * vec2(0.5 * float(i % 5) - 1.0, i < 5 ? -1.0 : 1.0));
+        vec3 s = toward(cell, edge * vec2(0.5 * float(i % 5) - 1.0, i < 5 ? -1.0 : 1.0));
         float outside = dot(s, normal) - 0.1 * GRAZING;
         if (outside < 0.0) s = mix(middle, s, inside.x / (inside.x - outside));
-        s = sent(ratio > 0.0 ? normalize(s) : s, normal, ratio);
+        s = outgoing_direction(lobe_eta > 0.0 ? normalize(s) : s, normal, lobe_eta);
         if (s == vec3(0.0)) {
             // Totally reflected: somewhere before, it goes anywhere.
             low = vec2(-FAR);
@@ -207,32 +207,32 @@ bool image_on(Patch patch_, Light light, float surface, bool passes, uint index,
     vec2 tile_high = vec2(tile.origin + tile.size) + around;
     low = clamp(foot + low, tile_low, tile_high);
     high = clamp(foot + high, tile_low, tile_high);
-    if (!all(lessThan(low, high)) || dot(geometric, r) > 0.0 != (ratio == 0.0)) return false;
+    if (!all(lessThan(low, high)) || dot(geometric, r) > 0.0 != (lobe_eta == 0.0)) return false;
 
     vec2 target = to_texels(receiver, patch_.position + way * r);
     target = clamp(target, origin, origin + vec2(receiver.width, receiver.height));
     vec3 off = from_texels(receiver, target) - patch_.position;
-    if (push.trace != 0 && occluded(patch_.position, off, ALMOST, patch_.triangle)) return false;
+    if (push.can_occlude != 0 && occluded(patch_.position, off, SHADOW_RAY_END, patch_.triangle)) return false;
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
     vec3 radiance = light.power / (4.0 * light.half_azimuth * light.half_sine);
     Object object = objects[patch_.object];
     // What a surface reflects and lets through is a matter of every texel, as it depends on the angle so much. Refracted
     // light is denser by the square of the index.
-    if (surface == 0.0) {
-        radiance *= reflected_share(object, dot(middle, normal), surface);
-    } else if (passes) {
-        radiance /= ratio * ratio;
+    if (eta == 0.0) {
+        radiance *= reflected_share(object, dot(middle, normal), eta);
+    } else if (refracts) {
+        radiance /= lobe_eta * lobe_eta;
     }
-    float seen_ratio = passes ? ratio : surface > 0.0 ? 1.0 / surface : 1.0;
-    float reflects = !passes && surface > 0.0 ? 1.0 : 0.0;
-    image = LightImage(
+    float image_eta = refracts ? lobe_eta : eta > 0.0 ? 1.0 / eta : 1.0;
+    float reflects = !refracts && eta > 0.0 ? 1.0 : 0.0;
+    image = PinholeImage(
         foot, low, high, vec2(dot(u, u), dot(v, v)),
         vec3(dot(ahead, u), dot(ahead, v), -dot(ahead, m)), 1.0 / soft.x,
         vec3(dot(east, u), dot(east, v), -dot(east, m)), 1.0 / soft.y,
         vec3(dot(up, u), dot(up, v), -dot(up, m)), shear,
-        vec3(dot(cosine, u), dot(cosine, v), -dot(cosine, m)), sky.sine / sky.half_sine,
-        radiance * (patch_.area / (height * height)), seen_ratio, by_normal, reflects);
+        vec3(dot(cosine, u), dot(cosine, v), -dot(cosine, m)), cell.sine / cell.half_sine,
+        radiance * (patch_.area / (height * height)), image_eta, by_normal, reflects);
     return true;
 }
 
@@ -242,23 +242,23 @@ void main() {
     if (local < push.pair_count) {
         uvec2 members = pairs[push.first_pair + local];
         Patch patch_ = patches[members.x];
-        Light light = suns[members.y];
+        Light light = lights[members.y];
         uint first_slot = local * push.lobes * push.lobes * push.receiver_count;
         // What is on the light's side of the patch; where light goes through and comes from both, then on the other.
-        float ratio = turn_toward(patch_, light.place);
+        float lobe_eta = orient_toward(patch_, light.place);
         bool is_other = false;
-        bool has_other = ratio > 0.0 && is_on_both_sides(patch_, light);
+        bool has_other = lobe_eta > 0.0 && is_on_both_sides(patch_, light);
         do {
             if (is_other) {
                 vec3 beyond = -cross(patch_.edge1, patch_.edge2);
                 patch_ = patches[members.x];
-                ratio = turn_toward(patch_, beyond);
+                lobe_eta = orient_toward(patch_, beyond);
             }
-            for (uint lobe = 0; lobe < (ratio > 0.0 ? 2 : 1); lobe++) {
+            for (uint lobe = 0; lobe < (lobe_eta > 0.0 ? 2 : 1); lobe++) {
                 int lit = -1;
                 for (uint index = 0; index < push.receiver_count; index++) {
-                    LightImage image;
-                    if (image_on(patch_, light, ratio, lobe == 1, index, lit, image)) images[first_slot + count++] = image;
+                    PinholeImage image;
+                    if (project_image(patch_, light, lobe_eta, lobe == 1, index, lit, image)) pinhole_images[first_slot + count++] = image;
                 }
             }
             is_other = !is_other;

@@ -5,7 +5,7 @@
 const float ROUNDING = 1e-3;
 
 // Of the patch's corners over the receiver's plane, m.
-vec3 corner_heights(Patch patch_, Receiver receiver) {
+vec3 corner_heights(Patch patch_, PlanarReceiver receiver) {
     float height = dot(patch_.position - receiver.origin, receiver.normal);
     vec2 up = vec2(dot(patch_.edge1, receiver.normal), dot(patch_.edge2, receiver.normal));
     return height + vec3(dot(CORNERS[0], up), dot(CORNERS[1], up), dot(CORNERS[2], up));
@@ -16,26 +16,26 @@ float highest(vec3 heights) {
 }
 
 // Whether some of the patch is behind the receiver, or all of it.
-bool goes_behind(vec3 heights) {
+bool reaches_behind(vec3 heights) {
     return min(min(heights.x, heights.y), heights.z) < -ROUNDING * highest(heights);
 }
 
 // The first receiver from number `index` on that cuts the patch in two, or receiver_count.
-int next_cut(Patch patch_, int index) {
+int next_clipping_receiver(Patch patch_, int index) {
     for (; index < int(push.receiver_count); index++) {
-        vec3 heights = corner_heights(patch_, receivers[index]);
-        if (highest(heights) > 0.0 && goes_behind(heights)) break;
+        vec3 heights = corner_heights(patch_, planar_receivers[index]);
+        if (highest(heights) > 0.0 && reaches_behind(heights)) break;
     }
     return index;
 }
 
 // Whether a receiver is lit by the part before number `cut`, or by the whole patch where that is -1.
-bool is_due(Patch patch_, uint index, int cut) {
-    return cut >= 0 ? int(index) == cut : !goes_behind(corner_heights(patch_, receivers[index]));
+bool is_lit_by(Patch patch_, uint index, int clip) {
+    return clip >= 0 ? int(index) == clip : !reaches_behind(corner_heights(patch_, planar_receivers[index]));
 }
 
 // What lies before the receiver of a patch that it cuts: the triangle of the same centroid and covariance, with its area.
-Patch part_before(Patch patch_, Receiver receiver) {
+Patch clipped_patch(Patch patch_, PlanarReceiver receiver) {
     vec3 heights = corner_heights(patch_, receiver);
     // The plane parts one corner, with the tip of the patch, from the two others.
     bvec3 before = greaterThan(heights, vec3(0.0));
@@ -78,13 +78,13 @@ Patch part_before(Patch patch_, Receiver receiver) {
     vec2 side1 = sqrt(18.0) * (first * p + (beside + second / sqrt(3.0)) * q);
     vec2 side2 = sqrt(24.0) * second * q;
     vec2 centre = corner + mean.x * p + mean.y * q;
-    Patch part = patch_;
-    part.position += centre.x * patch_.edge1 + centre.y * patch_.edge2;
-    part.normal += centre.x * patch_.bend1 + centre.y * patch_.bend2;
-    part.edge1 = side1.x * patch_.edge1 + side1.y * patch_.edge2;
-    part.edge2 = side2.x * patch_.edge1 + side2.y * patch_.edge2;
-    part.bend1 = side1.x * patch_.bend1 + side1.y * patch_.bend2;
-    part.bend2 = side2.x * patch_.bend1 + side2.y * patch_.bend2;
-    part.area *= share;
-    return part;
+    Patch clipped = patch_;
+    clipped.position += centre.x * patch_.edge1 + centre.y * patch_.edge2;
+    clipped.normal += centre.x * patch_.normal_du + centre.y * patch_.normal_dv;
+    clipped.edge1 = side1.x * patch_.edge1 + side1.y * patch_.edge2;
+    clipped.edge2 = side2.x * patch_.edge1 + side2.y * patch_.edge2;
+    clipped.normal_du = side1.x * patch_.normal_du + side1.y * patch_.normal_dv;
+    clipped.normal_dv = side2.x * patch_.normal_du + side2.y * patch_.normal_dv;
+    clipped.area *= share;
+    return clipped;
 }
