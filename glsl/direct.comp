@@ -1,4 +1,4 @@
-// direct: light that reaches the receivers without a mirror, averaged over the texels.
+// direct: light that reaches the receivers without meeting a caster, averaged over the texels.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -13,10 +13,10 @@ layout(binding = 5, rgba32f) uniform writeonly image2D direct_map;
 layout(std430, binding = 6) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 7) readonly buffer AtlasSamples_ { AtlasSamples atlas_samples[]; };
 layout(push_constant) uniform DirectPush {
-    uvec2 first;         // texel of this part of the receiver's tile
+    uvec2 first;         // first texel of this rectangle in the receiver's tile
     uint receiver;
-    uint triangle;       // one of the receiver's
-    uint light_count;      // 0 leaves the suns out
+    uint triangle;       // one of the receiver's triangles
+    uint light_count;      // 0: the environment only
     uint has_environment;
     float rotation;
     uint is_mesh;      // 1: the receiver is a mesh
@@ -31,12 +31,12 @@ layout(push_constant) uniform DirectPush {
 #include "environment.glsl"
 #include "lighting.glsl"
 
-// Points of a texel, each with its own ray to each sun.
+// A texel has SIDE^2 points, each with its own ray to each sun and lamp.
 const uint SIDE = 4;
 const uint ENVIRONMENT_RAYS = 64;
 
-// Irradiance of a texel of a curved receiver: the mean over the points of its quarters, which share the
-// rays. Where one is empty, the next one takes its part.
+// Irradiance of a mesh receiver's texel: the mean over the points of its quarters, which share the rays. The next
+// quarter replaces an empty one.
 vec3 mesh_irradiance(AtlasSamples points) {
     vec3 sum = vec3(0.0);
     for (uint part = 0; part < 4; part++) {
@@ -46,7 +46,7 @@ vec3 mesh_irradiance(AtlasSamples points) {
         if (self == NO_TRIANGLE) return vec3(0.0);
         vec3 x = sample_point(points, int(quarter));
         vec3 n = normalize(cross(triangles[self].edge1, triangles[self].edge2));
-        for (uint disc = 0; disc < push.light_count; disc++) sum += direct_light(disc, x, n, self, part, SIDE, 4) / 4.0;
+        for (uint light = 0; light < push.light_count; light++) sum += direct_light(light, x, n, self, part, SIDE, 4) / 4.0;
         if (push.has_environment != 0) {
             sum += direct_environment(x, n, self, part, 4, ENVIRONMENT_RAYS, push.rotation) / 4.0;
         }
@@ -74,8 +74,8 @@ void main() {
         vec3 x = from_texels(receiver, vec2(place) + within);
         // 7 i mod 16 spreads neighbouring points over the disc.
         uint ray = 7 * i % (SIDE * SIDE);
-        for (uint disc = 0; disc < push.light_count; disc++) {
-            sum += direct_light(disc, x, n, push.triangle, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
+        for (uint light = 0; light < push.light_count; light++) {
+            sum += direct_light(light, x, n, push.triangle, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
         }
     }
     if (push.has_environment != 0) {

@@ -1,4 +1,4 @@
-// project: the image of every light in every patch on every receiver, as a footprint.
+// footprint: projects the image of every light by every patch onto every planar receiver, as a footprint.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -11,12 +11,12 @@ layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
-// 2 lobes receiver_count slots a pair, the used ones first.
+// 2 lobes receiver_count slots per pair; the used slots come first.
 layout(std430, binding = 7) writeonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
-layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
-layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch and light, where patches are merged
+layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
+layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch cluster and environment cell
 #include "project_push.glsl"
 
 #include "trace.glsl"
@@ -30,11 +30,12 @@ layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch 
 
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float MAX_NORMALISED_TEXELS = 36.0;
-// Footprints of merged patches whose ends are seen at less than this angle, rad, are spread on the plane.
+// A footprint of a patch cluster that subtends less than this angle, rad, spreads its flux evenly on the plane instead
+// of over directions.
 const float MAX_PLANAR_ANGLE = 0.05;
 
-// The part of the plane that rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) from
-// its centre. To first order they meet the plane at d, by perspective at d / (1 + g.d).
+// Bounds of the plane's region that the rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) relative to
+// the centre. A ray meets the plane at d to first order, and at d / (1 + g.d) with perspective.
 vec4 extent_of(vec3 m, vec2 g) {
     float gg = quadratic2(m, g);
     vec2 mg = vec2(m.x * g.x + m.y * g.y, m.y * g.x + m.z * g.y);
@@ -43,7 +44,7 @@ vec4 extent_of(vec3 m, vec2 g) {
     vec2 a = (-mg - root) / (1.0 - gg);
     vec2 b = (-mg + root) / (1.0 - gg);
     if (gg < 1.0) return vec4(a, b);
-    // Some rays never meet the plane; the others reach as far as there is.
+    // Some rays never meet the plane, and the region is unbounded.
     vec2 nearest = mg / (sqrt(gg) * (1.0 + sqrt(gg)));
     vec2 low = mix(vec2(-FAR), max(a, b), greaterThanEqual(nearest, max(a, b)));
     vec2 high = mix(vec2(FAR), min(a, b), lessThanEqual(nearest, min(a, b)));
@@ -51,19 +52,19 @@ vec4 extent_of(vec3 m, vec2 g) {
     return vec4(mix(low, vec2(-FAR), all_), mix(high, vec2(FAR), all_));
 }
 
-// Footprints that `patch_` throws on receiver number `index`, with `flux` in W: none, one, or two
-// where the patch's plane cuts the first. Mirrored light for ratio 0, refracted otherwise.
+// Projects `patch_` with `flux`, W, onto the receiver `index`. Returns the number of footprints: 0, 1, or 2 where the
+// patch's plane folds the first footprint. eta = 0: reflected light; otherwise refracted.
 uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, float eta, uint index, out Footprint footprints_[2]) {
     PlanarReceiver receiver = planar_receivers[index];
     vec3 m = receiver.normal;
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return 0;
     vec3 normal = normalize(patch_.normal);
     vec3 r = outgoing_direction(disc.direction, normal, eta);
-    // The ray must run toward the front of the plane.
+    // The ray must travel toward the plane's front.
     if (dot(r, m) >= -1e-6) return 0;
-    // A flat patch images its surroundings as evenly as itself: the wide kernel, whose sum is even to
-    // 0.1 %, blurs nothing but the mirror's edge.
-    bool is_flat = patch_.normal_du == vec3(0.0) && patch_.normal_dv == vec3(0.0);
+    // A flat patch preserves the sharpness of the image. A wide kernel, whose sum is even to 0.1 %, therefore blurs
+    // nothing but the caster's silhouette.
+    bool is_flat = has_constant_normal(patch_);
     float deviation = sqrt(is_flat ? push.flat_spread : push.spread);
     vec2 centre = vec2(0.0);
     float mean_distance = 0.0;
@@ -84,7 +85,7 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
         }
         of_patch = mat2((image[0] - image[1]) * sqrt(1.0 / 6.0), (image[2] - centre) * sqrt(0.5));
     } else {
-        // By derivatives, as rays from the ends of a large patch may miss the plane.
+        // Derivatives at the centroid, because rays from the ends of a large patch may miss the plane.
         mean_distance = dot(receiver.origin - patch_.position, m) / dot(r, m);
         centre = to_texels(receiver, patch_.position + mean_distance * r);
         for (int i = 0; i < 2; i++) {
@@ -97,7 +98,7 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
     }
     of_patch *= deviation;
 
-    // The light's directions become a cone about r; its section with the plane.
+    // The light's directions form a cone around r; this is the section of the cone with the plane.
     vec3 a, b;
     light_axes(light, disc, a, b);
     a = mean_distance * outgoing_change(disc.direction, normal, a, vec3(0.0), eta);
@@ -107,10 +108,10 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
         texel_direction(receiver, b - r * (dot(b, m) / dot(r, m))));
     Kernel kernel = kernel_for(of_patch, of_light, 1.0 / 12.0, is_flat ? SHARPEST : SHARPEST_CURVED);
 
-    // The patch throws its light to one side of its own plane, which cuts the receiver in the line
-    // 1 + edge.d = 0. What of the footprint lies beyond is folded back: a second footprint, the
-    // first mirrored at the line in the metric of the conic, and both only before the line. That
-    // keeps the flux and, where patches end in the line, the evenness of their sum.
+    // The patch sends its light to one side of its own plane, which intersects the receiver in the line 1 + edge.d = 0.
+    // The footprint's part behind the line is folded back: a second footprint, the first one reflected at the line in
+    // the metric of the conic, is added, and both are clipped at the line. The fold conserves the flux. Where patches
+    // end at the line, it also keeps their sum even.
     vec3 ahead = from_texels(receiver, centre) - patch_.position;
     vec3 n = cross(patch_.edge1, patch_.edge2) * (eta == 0.0 ? 1.0 : -1.0);
     float before = dot(n, ahead);
@@ -119,9 +120,8 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
         -dot(n, receiver.edge_v) / float(receiver.height)) / before;
     bool folded = before > 0.0 && quadratic2(kernel.profile.support * kernel.covariance, edge) > 1.0;
 
-    // A footprint whose standard deviation is 2^l texels or more everywhere goes to level l, where
-    // it covers fewer texels. Interpolation adds the variance (4^l - 1)/4, so it is taken off
-    // before.
+    // A footprint whose standard deviation is at least 2^l texels in all directions goes to level l, where it covers
+    // fewer texels. Interpolation adds the variance (4^l - 1)/4, so the kernel is narrowed by that variance first.
     float variance = min(minor_eigenvalue(kernel.covariance, kernel.determinant), 1e6);
     int level = level_for(receiver, variance);
     Level tile = level_of(receiver, level);
@@ -132,10 +132,9 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
     centre = vec2(tile.origin) + (centre - origin) * scale;
     kernel = rescaled(kernel, 0.25 * (float(1 << 2 * level) - 1.0), scale);
 
-    // Bounding box; nothing to do where it misses the tile.
-    vec2 around = vec2(level > 0 ? 1.0 : 0.0);
-    vec2 tile_low = vec2(tile.origin) - around;
-    vec2 tile_high = vec2(tile.origin + tile.size) + around;
+    // Bounding box. The footprint is dropped where its box misses the tile.
+    vec2 tile_low, tile_high;
+    level_bounds(tile, level, tile_low, tile_high);
     vec3 conic = conic_of(kernel);
     vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
     vec2 low = centre - half_size;
@@ -143,7 +142,7 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
     vec2 box = ceil(high) - floor(low) - 0.5;
     bool is_small = box.x * box.y <= MAX_NORMALISED_TEXELS;
 
-    // What spreads by direction, not by the patch's own size, is wide: d^T conic d <= s^2 is its ellipse.
+    // A footprint that spreads mainly over directions is wide: d^T conic d <= s^2 is its ellipse.
     vec2 texel_u = vec2(length(receiver.edge_u) / float(receiver.width), length(receiver.edge_v) / float(receiver.height));
     vec2 bulge = texel_u * texel_u / (mean_distance * mean_distance * scale * scale);
     vec2 slant = vec2(
@@ -171,7 +170,7 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
     high = clamp(high, tile_low, tile_high);
     if (!(all(lessThan(low, high)) && kernel.determinant > 0.0)) return 0;
 
-    // Visibility from the patch to the point of the receiver that is nearest to the centre.
+    // Visibility from the patch to the receiver's point nearest to the centre.
     if (push.can_occlude != 0 && occluded(patch_.position, target - patch_.position, SHADOW_RAY_END, patch_.triangle)) return 0;
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
@@ -190,7 +189,7 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
         folded_clip = vec3(edge * distance_, 0.5 - distance_);
     }
 
-    // W to W/m^2 in a texel of the level.
+    // Converts W to W/m^2 in a texel of the level.
     float peak = peak_of(kernel);
     vec3 irradiance = flux * (scale * scale * peak / texel_area(receiver));
 
@@ -227,12 +226,12 @@ void main() {
         Light light = lights[members.y];
         LightDisc disc = disc_at(light, patch_.position);
         float eta = orient_toward(patch_, disc.direction);
-        // The sky is a matter of light_image where the patch does not touch the receiver.
+        // A cluster that acts as a pinhole on every receiver is left to pinhole_image.comp.
         bool is_projected = push.clustered == 0;
         for (uint index = 0; index < push.receiver_count && !is_projected; index++) is_projected = is_close_cluster(patch_, planar_receivers[index]);
         uint first_slot = local * 2 * push.lobes * push.receiver_count;
-        // The patch on all receivers that leave it whole, then its part before each that cuts it. The triangle of a
-        // merged patch stands for another shape, and is not cut.
+        // The whole patch lights all receivers that do not clip it, then the clipped patch lights each receiver that
+        // clips it. The triangle of a cluster approximates another shape and is not clipped.
         int clip = -1;
         do {
             Patch clipped = patch_;

@@ -1,5 +1,5 @@
-// splat: the kernel's value at the texel's centre. The kernel spreads the flux over directions; s is the way
-// to the texel over that to the footprint's centre.
+// footprint: evaluates the kernel at the texel's centre. The kernel spreads the flux over directions; s is the distance
+// to the texel over the distance to the footprint's centre.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel.glsl"

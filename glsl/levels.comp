@@ -1,21 +1,21 @@
-// levels: how much resolve has to add, by the levels that footprints went to.
+// levels: finds the levels that contain footprints, and writes the dispatch sizes of resolve.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
 layout(local_size_x = 1) in;
 layout(std430, binding = 0) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
-layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
-// VkDispatchIndirectCommand by the level that is added to
+layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
+// One VkDispatchIndirectCommand per level that resolve adds to.
 layout(std430, binding = 2) writeonly buffer Steps { uint steps[]; };
 layout(push_constant) uniform LevelsPush {
     uint receiver_count;
-    uint rows;           // of a step of resolve, at most
+    uint rows;           // maximum number of rows in one step of resolve
 } push;
 
 #include "planar_receiver.glsl"
 
-const uint GROUP = 64; // threads of resolve
+const uint GROUP = 64; // workgroup size of resolve.comp
 
 void main() {
     uint used = 0;

@@ -1,4 +1,4 @@
-// curved: the kernel's value at the centroid of what lies in the texel, times the cosine.
+// mesh_footprint: evaluates the kernel at the centroid of the surface in the texel, times the cosine.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -16,10 +16,9 @@ layout(location = 7) in flat vec3 occluder_normal;
 layout(location = 8) in flat ivec2 base_and_stride;
 layout(location = 0) out vec4 irradiance;
 
-// What lies behind the surface that the ray meets is in its shadow, by this much of the way between
-// them at least.
+// A texel is in shadow if it lies behind the occluder by at least this share of the distance between the two.
 const float MIN_SHADOW_SLOPE = 0.05;
-// Least width of the light over that at the spot's centre: it is not followed into a focus.
+// Lower bound on the beam's width over its width at the footprint's centre. The footprint is not followed into a focus.
 const float MIN_SIZE = 0.25;
 
 void main() {
@@ -28,15 +27,15 @@ void main() {
     vec3 q = texel.position - centre_and_flatness.xyz;
     vec3 direction = direction_and_growth.xyz;
     float forward = dot(direction, q);
-    // The light's width here over that at the centre.
+    // The beam's width here over its width at the centre.
     float size = max(1.0 + direction_and_growth.w * forward, MIN_SIZE);
     vec2 d = vec2(dot(u_and_travelled.xyz, q), dot(v, q)) / size;
     float value = kernel_value(centre_and_flatness.w, quadratic2(conic_and_tolerance.xyz, d)) / (size * size);
     vec3 local_direction = direction + direction_and_growth.w / size * (q - forward * direction);
     float facing = max(-dot(local_direction, texel.normal), 0.0);
     bool ahead = forward > -u_and_travelled.w;
-    // Blocked where the texel is behind the surface that the ray meets and that is before the texel's:
-    // neither on one curved surface nor on two sides of an edge that light falls on.
+    // A texel is occluded where it lies behind the occluder's tangent plane and the occluder lies behind the texel's.
+    // The test spares neighbouring points of one curved surface and two lit sides of an edge.
     vec3 off = texel.position - occluder;
     float least = conic_and_tolerance.w + MIN_SHADOW_SLOPE * length(off);
     bool occluded = dot(off, occluder_normal) < -least && dot(off, texel.normal) < -least;

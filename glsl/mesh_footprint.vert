@@ -1,12 +1,10 @@
-// curved: expands spots into screen-aligned quads. Vertex 4 i + c is corner c of spot i.
+// mesh_footprint: expands mesh footprints into screen-aligned quads. Vertex 4 i + c is corner c of footprint i.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
+#include "quad.glsl"
 
 layout(std430, binding = 0) readonly buffer MeshFootprints { MeshFootprint mesh_footprints[]; };
-layout(push_constant) uniform DrawPush {
-    vec2 atlas_size;  // texels
-} push;
 layout(location = 0) out flat vec4 centre_and_flatness;
 layout(location = 1) out flat vec4 u_and_travelled;
 layout(location = 2) out flat vec3 v;
@@ -21,7 +19,6 @@ void main() {
     MeshFootprint footprint = mesh_footprints[gl_VertexIndex / 4];
     vec2 low = vec2(footprint.low & 0xffffu, footprint.low >> 16);
     vec2 high = vec2(footprint.high & 0xffffu, footprint.high >> 16);
-    vec2 corner = mix(low, high, vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1 & 1));
     centre_and_flatness = vec4(footprint.centre, footprint.flatness);
     u_and_travelled = vec4(footprint.u, footprint.travelled);
     v = footprint.v;
@@ -31,5 +28,5 @@ void main() {
     occluder = footprint.occluder;
     occluder_normal = footprint.occluder_normal;
     base_and_stride = ivec2(footprint.base, footprint.stride);
-    gl_Position = vec4(corner / push.atlas_size * 2.0 - 1.0, 0.0, 1.0);
+    gl_Position = clip_position(quad_corner(low, high));
 }

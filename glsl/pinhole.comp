@@ -1,6 +1,5 @@
-// pinhole: the paper's gather. Every patch is a pinhole camera: each texel looks the light up in
-// the direction that the patch mirrors to it, blurred by the patch's curvature
-// (Wand & Strasser 2003, sections 3.2 and 3.3).
+// pinhole: the paper's gather (Wand & Strasser 2003, sections 3.2 and 3.3). Every patch is a pinhole camera. Each texel
+// looks up the light in the direction that the patch reflects or refracts to it, blurred by the curvature of the patch.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -19,13 +18,13 @@ layout(std430, binding = 9) readonly buffer MeshReceivers { MeshReceiver mesh_re
 layout(std430, binding = 10) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
 layout(std430, binding = 11) readonly buffer AtlasSamples_ { AtlasSamples atlas_samples[]; };
 layout(push_constant) uniform PinholePush {
-    uvec2 first;         // texel of this part of the receiver's tile
+    uvec2 first;         // first texel of this rectangle in the receiver's tile
     uint receiver;
-    uint first_patch;    // of this batch
+    uint first_patch;    // first patch of this batch
     uint batch_patches;
     uint light_count;
-    float epsilon;       // of the form factor, in squared patch diameters
-    float spread;        // variance of the filter over that of the patch; 0: no filter
+    float epsilon;       // of the form factor, in squared diameters of the patch
+    float spread;        // variance of the filter over the variance of the patch; 0: no filter
     float rotation;      // of the environment
     uint has_environment;
     uint can_occlude;
@@ -43,7 +42,7 @@ layout(push_constant) uniform PinholePush {
 
 const int MAX_TAPS = 16;
 
-// Average radiance of the environment around w, by taps along the filter's long axis.
+// Mean radiance of the environment around w, sampled along the long axis of the filter.
 vec3 filtered_environment(vec3 w, vec3 a, vec3 b, vec3 covariance) {
     float middle = 0.5 * (covariance.x + covariance.z);
     float radius = length(vec2(0.5 * (covariance.x - covariance.z), covariance.y));
@@ -51,7 +50,7 @@ vec3 filtered_environment(vec3 w, vec3 a, vec3 b, vec3 covariance) {
     float minor = sqrt(max(middle - radius, 0.0));
     vec2 axis = abs(covariance.y) > 1e-12 * middle ? normalize(vec2(covariance.y, middle + radius - covariance.x))
         : (covariance.x >= covariance.z ? vec2(1, 0) : vec2(0, 1));
-    // A box of height h has the deviation h / sqrt(12).
+    // A box of height h has the standard deviation h / sqrt(12).
     const float BOX = sqrt(12.0);
     int taps = clamp(int(ceil(major / max(minor, 1e-6))), 1, MAX_TAPS);
     float level = environment_level(BOX * max(minor, major / float(taps)));
@@ -64,15 +63,15 @@ vec3 filtered_environment(vec3 w, vec3 a, vec3 b, vec3 covariance) {
     return sum / float(taps);
 }
 
-// A root of (j1 j1^T + j2 j2^T - (j1 j2^T + j2 j1^T) / 2) / 18, the covariance of a patch of which
-// the edges are imaged to j1 and j2, times that of the filter.
+// A root of (j1 j1^T + j2 j2^T - (j1 j2^T + j2 j1^T) / 2) / 18, the covariance of a patch whose edges are mapped to j1
+// and j2, times the spread of the filter.
 mat2 root_of(vec2 j1, vec2 j2) {
     return sqrt(push.spread / 18.0) * mat2(0.5 * (j1 + j2), sqrt(0.75) * (j1 - j2));
 }
 
-// Irradiance at y (normal m) by way of one patch that faces it, W/m^2: of mirrored light for ratio 0,
-// else of light that comes through from a medium of which the index is 1/ratio of that here. `seen` is a
-// point of the surface next to y, which may lie a little under it.
+// Irradiance at y (normal m) from a patch that faces y, W/m^2. The light is reflected, or with `refracts` it comes from
+// a medium whose index is 1/eta of the index on y's side. `seen` is a point of the surface next to y, because y may lie
+// slightly below the surface.
 vec3 gather(Patch p, vec3 y, vec3 seen, vec3 m, bool refracts, float eta) {
     vec3 n = normalize(p.normal);
     vec3 geometric = cross(p.edge1, p.edge2);
@@ -85,11 +84,11 @@ vec3 gather(Patch p, vec3 y, vec3 seen, vec3 m, bool refracts, float eta) {
     float cos_x = dot(n, v);
     float cos_y = -dot(m, v);
     vec3 w = outgoing_direction(v, n, lobe_eta);
-    bool before = cos_x > 0.0 && cos_y > 0.0 && dot(geometric, v) > 0.0
+    bool is_facing = cos_x > 0.0 && cos_y > 0.0 && dot(geometric, v) > 0.0
         && dot(geometric, w) * (refracts ? -1.0 : 1.0) > 0.0;
-    if (!before) return vec3(0.0);
+    if (!is_facing) return vec3(0.0);
 
-    // How w turns over the patch, seen from y, in two axes across w; its covariance.
+    // Change of w over the patch, seen from y, in two axes across w, and the covariance.
     vec3 a, b;
     basis(w, a, b);
     vec3 dv1 = normalize_change(to_receiver, -p.edge1);
@@ -112,7 +111,7 @@ vec3 gather(Patch p, vec3 y, vec3 seen, vec3 m, bool refracts, float eta) {
         if (push.spread > 0.0) {
             mat2 of_pair = of_patch;
             if (disc.inverse_distance > 0.0) {
-                // The direction to a lamp turns over the patch, too: the filter is that of s - w.
+                // The direction to a lamp also changes over the patch: the filter is that of s - w.
                 vec3 ds1 = normalize_change(light.place - p.position, -p.edge1);
                 vec3 ds2 = normalize_change(light.place - p.position, -p.edge2);
                 of_pair = root_of(j1 - vec2(dot(ds1, a), dot(ds1, b)), j2 - vec2(dot(ds2, a), dot(ds2, b)));
@@ -132,10 +131,10 @@ vec3 gather(Patch p, vec3 y, vec3 seen, vec3 m, bool refracts, float eta) {
     if (radiance == vec3(0.0)) return radiance;
     if (push.can_occlude != 0 && occluded(p.position, seen - p.position, SHADOW_RAY_END, p.triangle)) return vec3(0.0);
 
-    // Diameter of the disc of the patch's area.
+    // Squared diameter of the disc with the patch's area.
     float epsilon = push.epsilon * 4.0 * p.area / PI;
     vec3 share = reflected_share(objects[p.object], cos_x, eta);
-    // Radiance grows with the square of the index.
+    // Radiance scales with the square of the index.
     if (refracts) share = (1.0 - share) * eta * eta;
     return radiance * share * (p.area * cos_x * cos_y / (square + epsilon));
 }
@@ -152,7 +151,7 @@ void main() {
         if (atlas_texels[index].area == 0.0) return;
         place = ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y));
         y = atlas_texels[index].position;
-        // Of the points on the triangles the nearest.
+        // The nearest of the points on the triangles.
         AtlasSamples points = atlas_samples[index];
         float best = FAR;
         for (int i = 0; i < 4; i++) {
@@ -177,6 +176,6 @@ void main() {
         sum += gather(p, y, seen, m, false, eta);
         if (eta > 0.0) sum += gather(p, y, seen, m, true, eta);
     }
-    vec4 before = imageLoad(light_map, place);
-    imageStore(light_map, place, before + vec4(sum, 0.0));
+    vec4 previous = imageLoad(light_map, place);
+    imageStore(light_map, place, previous + vec4(sum, 0.0));
 }

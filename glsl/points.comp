@@ -1,5 +1,5 @@
-// points: the plain baseline. Low-discrepancy points on the mirrors and in the suns' discs,
-// each traced to the receivers and added to one texel.
+// points: the simple baseline. Low-discrepancy points on the casters and in the lights' discs; each point is traced to
+// the receivers and added to one texel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -16,15 +16,15 @@ layout(std430, binding = 7) writeonly buffer PointSplats { PointSplat splats[]; 
 layout(std430, binding = 8) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 9) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
 layout(push_constant) uniform PointsPush {
-    uint first_point;   // of this batch
+    uint first_point;   // first point of this batch
     uint batch_points;
-    uint points;        // of each sun, over all batches
+    uint points;        // points for each light, over all batches
     uint lit_triangle_count;
-    uint receiver_count; // rects
+    uint receiver_count; // planar receivers
     uint mesh_receiver_count;
-    uint lobes;         // 1: mirrored light; 2: and refracted light
+    uint lobes;         // 1: reflected light; 2: also refracted light
     uint can_occlude;
-    float area;         // of all reflectors, m^2
+    float area;         // total area of the lit triangles, m^2
 } push;
 
 #include "trace.glsl"
@@ -34,20 +34,20 @@ layout(push_constant) uniform PointsPush {
 #include "mesh_receiver.glsl"
 #include "sampling.glsl"
 
-// Fractions of the integer multiples of 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1: the additive
-// recurrence of lowest discrepancy in five dimensions (Roberts 2018), in units of 2^-32.
+// Additive recurrence of lowest discrepancy in five dimensions (Roberts 2018): fractional parts of the multiples of
+// 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1, in units of 2^-32.
 const uint STEPS[5] = uint[](3785032107u, 3335640777u, 2939605023u, 2590590015u, 2283013049u);
 
 uint fraction(uint point, int dimension) {
     return 0x80000000u + point * STEPS[dimension];
 }
 
-// 24 bits: what a float in [0, 1) holds.
+// The upper 24 bits, which a float in [0, 1) holds exactly.
 float coordinate(uint point, int dimension) {
     return float(fraction(point, dimension) >> 8) / 16777216.0;
 }
 
-// What `flux` in W makes of a texel of the curved receiver that a ray meets first, if any.
+// Splats `flux`, W, onto the texel of the mesh receiver that a ray meets first. Returns false where the ray meets none.
 bool project_to_mesh(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat) {
     Hit hit = nearest(x, r, self, OCCLUDES | IS_MESH_RECEIVER);
     if (hit.triangle == NO_TRIANGLE) return false;
@@ -61,7 +61,7 @@ bool project_to_mesh(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat)
     uint index = texel.x + texel.y * size.x;
     AtlasTexel own = atlas_texels[receiver.first_texel + index];
     if (own.area == 0.0) {
-        // Off by rounding.
+        // Rounding moved the point out of its chart.
         if (own.source == NO_TEXEL) return false;
         index = own.source;
         own = atlas_texels[receiver.first_texel + index];
@@ -77,12 +77,12 @@ void main() {
     uint global = push.first_point + local;
     uint point = global % push.points;
     Light light = lights[global / push.points];
-    // Of each way: the rects, then the nearest mesh.
+    // Targets of each lobe: the planar receivers, then the nearest mesh.
     uint targets_per_lobe = push.receiver_count + min(push.mesh_receiver_count, 1);
     uint targets = push.lobes * targets_per_lobe;
     for (uint i = 0; i < targets; i++) splats[local * targets + i].texel = NO_TEXEL;
 
-    // A triangle in proportion to its area. In integers, so that the scene's size changes none.
+    // Chooses a triangle in proportion to its area. Integers make the choice independent of the scene's scale.
     uint place = fraction(point, 0);
     uint low = 0, high = push.lit_triangle_count - 1;
     while (low < high) {
@@ -92,7 +92,7 @@ void main() {
     uint self = lit_triangles[low].triangle;
     Triangle triangle = triangles[self];
     Normals corner = normals[self];
-    // Even over the triangle (Heitz 2019).
+    // Uniform point of the triangle (Heitz 2019).
     vec2 w = vec2(coordinate(point, 1), coordinate(point, 2));
     w = w.x < w.y ? vec2(0.5 * w.x, w.y - 0.5 * w.x) : vec2(w.x - 0.5 * w.y, 0.5 * w.y);
     vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;

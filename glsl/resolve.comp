@@ -1,16 +1,16 @@
-// resolve: adds the coarser levels of the light maps to the next finer one, interpolated.
-// Bilinear steps one after the other are nearly a quadratic B-spline.
+// resolve: adds each coarser level of the light maps to the next finer one, interpolated. Repeated bilinear steps
+// approximate a quadratic B-spline.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
-layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
+layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
 layout(binding = 2, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform ResolvePush {
-    int level;           // that is added to
-    int first_row;       // of it, the texels around it included
+    int level;           // level that is added to
+    int first_row;       // first row of this step, counted with the border
 } push;
 
 #include "planar_receiver.glsl"
@@ -24,7 +24,7 @@ void main() {
     ivec2 size = fine.size + 2 * around;
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first_row) - around;
     if (any(greaterThanEqual(texel, size - around))) return;
-    // Three quarters of the texel that this one lies in, a quarter of the nearest beside it.
+    // Weight 3/4 for the coarse texel that contains this one, and 1/4 for its nearest neighbour, on each axis.
     ivec2 near = texel >> 1;
     ivec2 next = near + 2 * (texel & 1) - 1;
     vec4 row = 0.75 * imageLoad(light_map, wide.origin + near)

@@ -1,4 +1,4 @@
-// sample: cuts the mirrors' triangles into patches (design: Wand & Strasser 2003, section 3).
+// sample: divides the casters' lit triangles into patches (Wand & Strasser 2003, section 3).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -9,8 +9,8 @@ layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; }
 layout(std430, binding = 2) readonly buffer LitTriangles { LitTriangle lit_triangles[]; };
 layout(std430, binding = 3) writeonly buffer Patches { Patch patches[]; };
 layout(push_constant) uniform SamplePush {
-    uint first_patch;    // of this batch
-    uint patch_count;    // in all
+    uint first_patch;    // first patch of this batch
+    uint patch_count;    // number of patches in total
     uint lit_triangle_count;
 } push;
 
@@ -18,7 +18,7 @@ void main() {
     uint index = push.first_patch + gl_GlobalInvocationID.x;
     if (index >= push.patch_count) return;
 
-    // The last reflector that starts at or before this patch.
+    // The last lit triangle that starts at or before this patch.
     uint low = 0, high = push.lit_triangle_count - 1;
     while (low < high) {
         uint half_way = (low + high + 1) / 2;
@@ -28,13 +28,13 @@ void main() {
     Triangle triangle = triangles[lit_triangle.triangle];
     Normals normal = normals[lit_triangle.triangle];
 
-    // Small triangle number `cell` of n^2: row r of the parent holds n - r upright ones and
-    // n - r - 1 turned ones between them, 2 (n - r) - 1 in all. So the `left` last ones, counting
-    // from this, fill more than m - 1 and at most m = n - r rows: m is the root, rounded up.
+    // Row r of the parent triangle holds n - r upright patches and n - r - 1 inverted patches between them, 2 (n - r) -
+    // 1 in total. The `left` last patches, counting from this one, therefore fill more than m - 1 and at most m = n - r
+    // rows: m is the square root of `left`, rounded up.
     uint n = lit_triangle.subdivision;
     uint left = n * n - (index - lit_triangle.first_patch);
     uint m = uint(ceil(sqrt(float(left))));
-    // The float is off by one at most, for all of n < 2^16.
+    // The float is wrong by at most one for all n < 2^16.
     if ((m - 1) * (m - 1) >= left) m--; else if (m * m < left) m++;
     uint row = n - m;
     uint column = m * m - left;

@@ -1,5 +1,5 @@
-// shade: the camera's view. Diffuse surfaces show direct light, and the light map where they have
-// one; mirrors show what they reflect, and transparent surfaces also what lies beyond.
+// shade: the camera's view. Diffuse surfaces show direct light, and caustics where they have a light map. Mirrors show
+// reflections; dielectrics also show what is behind them.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -24,8 +24,8 @@ layout(push_constant) uniform ShadePush {
     vec3 up;             // half the picture's height at distance 1
     float rotation;
     vec3 forward;        // unit
-    uint side;           // samples a pixel: side^2
-    uvec2 first;         // pixel of this part of the picture
+    uint side;           // side^2 samples per pixel
+    uvec2 first;         // first pixel of this rectangle
 } push;
 
 #include "trace.glsl"
@@ -38,29 +38,29 @@ layout(push_constant) uniform ShadePush {
 #include "lighting.glsl"
 
 const int MAX_BOUNCES = 12;
-// Of a ray and all that it splits into.
+// Segments of a camera ray and of all rays that it splits into.
 const int MAX_SEGMENTS = 32;
-// Rays that wait while another is followed.
+// Capacity of the stack of pending rays.
 const int MAX_WAITING = 6;
-// Rays that carry less than this share are not followed.
+// Rays with a smaller weight are dropped.
 const float MIN_WEIGHT = 1e-6;
-// Rays to each sun's disc that a pixel's samples share, the same number each.
+// Rays to each sun or lamp, shared evenly by the samples of a pixel.
 const uint LIGHT_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
-// rad; a smaller sun is a point, which no ray meets.
+// rad; camera rays do not meet a smaller disc.
 const float MIN_DISC = 1e-6;
 
-// Bilinear look-up that stays inside of a receiver's tile.
+// Bilinear look-up that stays inside a receiver's tile.
 vec3 look_up(sampler2D map, vec2 tile, vec2 size, vec2 texel) {
     vec2 low = tile + 0.5;
     vec2 high = low + size - 1.0;
     return textureLod(map, clamp(texel, low, high) / vec2(textureSize(map, 0)), 0.0).rgb;
 }
 
-// The point of the curved surface that a triangle stands for: where each corner's plane has the triangle behind it, above
-// that by as much as the corner counts (Hanika 2021, "Hacking the Shadow Terminator"). Rays that start there do not meet
-// the neighbours of a triangle that its interpolated normal turns to the light.
-vec3 above(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
+// The point on the smooth surface that a triangle approximates: x is projected onto each corner's tangent plane where
+// it lies below the plane, and the results are interpolated (Hanika 2021, "Hacking the Shadow Terminator"). Rays that
+// start there do not meet the triangle's neighbours where the interpolated normal faces the light.
+vec3 on_smooth_surface(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
     vec3 from = x - triangle.position;
     return x
         - (1.0 - weights.x - weights.y) * min(dot(from, corner.n0), 0.0) * corner.n0
@@ -69,11 +69,11 @@ vec3 above(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
 }
 
 vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, uint pixel_sample) {
-    uint all = push.side * push.side;
-    uint rays = (LIGHT_RAYS + all - 1) / all;
-    vec3 lit = above(triangles[self], normals[self], x, weights);
+    uint parts = push.side * push.side;
+    uint rays = (LIGHT_RAYS + parts - 1) / parts;
+    vec3 lit = on_smooth_surface(triangles[self], normals[self], x, weights);
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < push.light_count; i++) sum += direct_light(i, lit, n, self, pixel_sample, rays, all);
+    for (uint i = 0; i < push.light_count; i++) sum += direct_light(i, lit, n, self, pixel_sample, rays, parts);
     if (object.receiver != NO_RECEIVER) {
         vec2 tile, size, texel;
         if (object.is_mesh != 0) {
@@ -95,12 +95,12 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, 
     return sum;
 }
 
-// Radiance of the lights behind everything, W/m^2/sr.
+// Radiance of suns and environment, W/m^2/sr.
 vec3 background(vec3 direction) {
     vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
     for (uint i = 0; i < push.light_count; i++) {
         if (lights[i].is_lamp != 0) continue;
-        // The chord, since the cosine of a small angle is 1 in floats.
+        // Compares chords, because the cosine of a small angle rounds to 1.
         float radius = lights[i].size;
         bool inside = distance(direction, lights[i].place) < 2.0 * sin(0.5 * radius);
         float sine = sin(radius);
@@ -109,8 +109,8 @@ vec3 background(vec3 direction) {
     return seen;
 }
 
-// Whether a ray meets a lamp before `limit`, and the radiance of the nearest, W/m^2/sr. Lamps hide
-// what is behind them, but cast no shadow.
+// Whether a ray meets a lamp before `limit`, and the radiance of the nearest lamp, W/m^2/sr. Lamps hide objects behind
+// them from the camera, but cast no shadows.
 bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
     bool meets = false;
     for (uint i = 0; i < push.light_count; i++) {
@@ -120,9 +120,9 @@ bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
         float along = dot(light.place - origin, direction);
         vec3 aside = light.place - origin - along * direction;
         bool inside = along > 0.0 && dot(aside, aside) < light.size * light.size;
-        float way = distance_to_light(light, origin, direction);
-        if (inside && way < limit) {
-            limit = way;
+        float lamp_distance = distance_to_light(light, origin, direction);
+        if (inside && lamp_distance < limit) {
+            limit = lamp_distance;
             meets = true;
             seen = light.power / (PI * light.size * light.size);
         }
@@ -130,7 +130,7 @@ bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
     return meets;
 }
 
-// A ray that is yet to be followed.
+// A pending ray.
 struct Ray {
     vec3 origin;
     uint self;
@@ -170,15 +170,16 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
                     n = -n;
                     geometric = -geometric;
                 }
-                // Where the interpolated normal would send the ray into the surface, the flat one rules.
+                // Where the interpolated normal would reflect the ray into the surface, the geometric normal replaces
+                // it.
                 if (!(dot(mirrored(-ray.direction, n), geometric) > 0.0)) n = geometric;
                 vec3 share = reflected_share(object, dot(n, -ray.direction), eta);
-                vec3 beyond = eta == 0.0 ? vec3(0.0) : outgoing_direction(-ray.direction, n, eta);
-                Ray through = Ray(x, hit.triangle, beyond, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta);
+                vec3 refracted = eta == 0.0 ? vec3(0.0) : outgoing_direction(-ray.direction, n, eta);
+                Ray through = Ray(x, hit.triangle, refracted, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta);
                 ray = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share);
-                bool passes = beyond != vec3(0.0) && any(greaterThan(through.weight, vec3(MIN_WEIGHT)));
+                bool passes = refracted != vec3(0.0) && any(greaterThan(through.weight, vec3(MIN_WEIGHT)));
                 bool returns = any(greaterThan(ray.weight, vec3(MIN_WEIGHT)));
-                // The heavier one goes on, the other waits where there is room.
+                // The ray of larger weight continues; the other is pushed where the stack has space.
                 bool swaps = passes && (!returns || dot(through.weight, vec3(1.0)) >= dot(ray.weight, vec3(1.0)));
                 if (passes && returns && count < MAX_WAITING) waiting[count++] = swaps ? ray : through;
                 if (swaps) ray = through;

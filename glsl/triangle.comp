@@ -1,5 +1,5 @@
-// beams: maps each patch along its corners' mirrored rays to each receiver, as a triangle of even
-// irradiance. Triangles of patches side by side lie side by side, so that their sum is even.
+// triangle: projects each patch along its corners' outgoing rays onto each planar receiver, as a triangle of constant
+// irradiance. The triangles of adjacent patches are adjacent, so that their sum is even.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -11,7 +11,7 @@ layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
 layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
-// lobes receiver_count slots a pair, the used ones first.
+// lobes receiver_count slots per pair; the used slots come first.
 layout(std430, binding = 6) writeonly buffer TriangleSplats { TriangleSplat triangle_splats[]; };
 layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // triangles, lit pairs
@@ -26,11 +26,11 @@ layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[];
 #include "clip.glsl"
 #include "slots.glsl"
 
-// Triangles are made at least this high and long, in texels, so that none has an area of zero.
+// Lower bound on the length and height of a triangle, texels, so that no area is zero.
 const float MIN_THICKNESS = 1.0 / 16.0;
 
-// Lengthens the longest side, and moves the corner that faces it away, where a focus or a fold has
-// left less than THINNEST. Makes the corners run counter-clockwise: cross2 > 0.
+// Stretches a triangle that a focus or a fold has made thinner than MIN_THICKNESS: lengthens the longest side, and
+// moves the opposite corner away from that side. Orders the corners counter-clockwise: cross2 > 0.
 void widen(inout vec2 q[3]) {
     int apex = 0;
     float longest = -1.0;
@@ -55,9 +55,9 @@ void widen(inout vec2 q[3]) {
     }
 }
 
-// What length(dFdx(x)) * length(dFdy(x)) makes of the area on the mirror that lights a texel, over
-// that area, length(cross(dFdx(x), dFdy(x))): 1 / sin of the angle between the two, x the place on
-// the mirror and `side1`, `side2` the images of the patch's edges.
+// Error of a common approximation: length(dFdx(x)) * length(dFdy(x)) over the true area length(cross(dFdx(x),
+// dFdy(x))), where x is the position on the caster that lights a texel. The ratio is 1 / sin of the angle between the
+// derivatives. `side1` and `side2` are the images of the patch's edges.
 float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
     float determinant = cross2(side1, side2);
     vec3 dx = patch_.edge1 * side2.y - patch_.edge2 * side1.y; // times the determinant
@@ -65,7 +65,8 @@ float product_over_area(Patch patch_, vec2 side1, vec2 side2) {
     return length(dx) * length(dy) / (length(cross(patch_.edge1, patch_.edge2)) * abs(determinant));
 }
 
-// The light of `flux` in W that `patch_` throws on a receiver, if any: mirrored for ratio 0, else refracted.
+// Projects `patch_` with `flux`, W, onto a receiver. Returns false where no light arrives. eta = 0: reflected light;
+// otherwise refracted.
 bool project_triangle(Patch patch_, Light light, vec3 flux, float eta, PlanarReceiver receiver, out TriangleSplat splat) {
     vec3 m = receiver.normal;
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return false;
@@ -76,7 +77,7 @@ bool project_triangle(Patch patch_, Light light, vec3 flux, float eta, PlanarRec
         vec3 n = normalize(patch_.normal + st.x * patch_.normal_du + st.y * patch_.normal_dv);
         vec3 r = outgoing_direction(disc_at(light, x).direction, n, eta);
         float along = dot(r, m);
-        // The ray must run toward the front of the plane.
+        // The ray must travel toward the plane's front.
         if (along >= -1e-6) return false;
         q[i] = to_texels(receiver, x + dot(receiver.origin - x, m) / along * r);
     }
@@ -88,7 +89,7 @@ bool project_triangle(Patch patch_, Light light, vec3 flux, float eta, PlanarRec
     vec2 upper = clamp(ceil(max(max(q[0], q[1]), q[2])), tile_low, tile_high);
     if (!all(lessThan(lower, upper))) return false;
 
-    // Visibility from the patch to the point of the receiver that is nearest to the beam's middle.
+    // Visibility from the patch to the receiver's point nearest to the triangle's centroid.
     vec3 target = from_texels(receiver, clamp((q[0] + q[1] + q[2]) / 3.0, tile_low, tile_high));
     if (push.can_occlude != 0 && occluded(patch_.position, target - patch_.position, SHADOW_RAY_END, patch_.triangle)) return false;
 
@@ -109,7 +110,8 @@ void main() {
         LightDisc disc = disc_at(light, patch_.position);
         float eta = orient_toward(patch_, disc.direction);
         uint first_slot = local * push.lobes * push.receiver_count;
-        // The patch on all receivers that leave it whole, then its part before each that cuts it.
+        // The whole patch lights all receivers that do not clip it, then the clipped patch lights each receiver that
+        // clips it.
         int clip = -1;
         do {
             Patch clipped = patch_;

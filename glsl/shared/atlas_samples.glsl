@@ -1,4 +1,4 @@
-// Curved receivers: points on the mesh for a texel. The including shader declares the buffer `triangles`.
+// Points on a mesh receiver's surface for a texel. The including shader declares the buffer `triangles`.
 
 vec3 sample_point(AtlasSamples points, int quarter) {
     Triangle triangle = triangles[points.triangles[quarter]];

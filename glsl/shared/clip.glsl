@@ -1,10 +1,10 @@
-// Patches that go through a receiver. The including shader declares the buffer `receivers` and the push constant
-// `receiver_count`, and includes kernel.glsl and flux.glsl.
+// Clips patches that intersect a planar receiver. The including shader declares the buffer `planar_receivers` and the
+// push constant `receiver_count`, and includes kernel.glsl and flux.glsl.
 
-// A patch that stands on a receiver ends in it but for rounding: of its height.
+// Tolerance over the height of the patch: a patch that stands on a receiver is not clipped because of rounding.
 const float ROUNDING = 1e-3;
 
-// Of the patch's corners over the receiver's plane, m.
+// Heights of the patch's corners above the receiver's plane, m.
 vec3 corner_heights(Patch patch_, PlanarReceiver receiver) {
     float height = dot(patch_.position - receiver.origin, receiver.normal);
     vec2 up = vec2(dot(patch_.edge1, receiver.normal), dot(patch_.edge2, receiver.normal));
@@ -15,12 +15,12 @@ float highest(vec3 heights) {
     return max(max(heights.x, heights.y), heights.z);
 }
 
-// Whether some of the patch is behind the receiver, or all of it.
+// Whether a part of the patch, or the whole patch, is behind the receiver.
 bool reaches_behind(vec3 heights) {
     return min(min(heights.x, heights.y), heights.z) < -ROUNDING * highest(heights);
 }
 
-// The first receiver from number `index` on that cuts the patch in two, or receiver_count.
+// The first receiver with at least the index `index` that intersects the patch, or receiver_count.
 int next_clipping_receiver(Patch patch_, int index) {
     for (; index < int(push.receiver_count); index++) {
         vec3 heights = corner_heights(patch_, planar_receivers[index]);
@@ -29,15 +29,17 @@ int next_clipping_receiver(Patch patch_, int index) {
     return index;
 }
 
-// Whether a receiver is lit by the part before number `cut`, or by the whole patch where that is -1.
+// Whether the receiver `index` is lit in this pass. The pass -1 lights the receivers that do not clip the patch; the
+// pass `clip` lights the receiver `clip` with the clipped patch.
 bool is_lit_by(Patch patch_, uint index, int clip) {
     return clip >= 0 ? int(index) == clip : !reaches_behind(corner_heights(patch_, planar_receivers[index]));
 }
 
-// What lies before the receiver of a patch that it cuts: the triangle of the same centroid and covariance, with its area.
+// The part of an intersecting patch in front of the receiver, as a triangle with the same area, centroid and
+// covariance.
 Patch clipped_patch(Patch patch_, PlanarReceiver receiver) {
     vec3 heights = corner_heights(patch_, receiver);
-    // The plane parts one corner, with the tip of the patch, from the two others.
+    // The plane separates one corner, with the tip of the patch, from the two others.
     bvec3 before = greaterThan(heights, vec3(0.0));
     vec2 corner = CORNERS[2];
     vec2 p = CORNERS[0];
@@ -56,7 +58,7 @@ Patch clipped_patch(Patch patch_, PlanarReceiver receiver) {
     }
     p -= corner;
     q -= corner;
-    // The tip in p and q: its edges, and its moments about the corner.
+    // Of the tip, in p and q: the lengths of the edges, the area's share, and the moments about the corner.
     vec2 ab = heights.x / (heights.x - heights.yz);
     float share = ab.x * ab.y;
     vec2 mean = share * ab / 3.0;
@@ -66,12 +68,12 @@ Patch clipped_patch(Patch patch_, PlanarReceiver receiver) {
         mean = 1.0 / 3.0 - mean;
         square = vec3(1.0, 0.5, 1.0) / 6.0 - square;
     }
-    // Slivers are lost in rounding.
+    // Rounding would dominate thinner slivers.
     share = max(share, 1e-6);
     mean /= share;
     vec3 covariance = square / share - outer2(mean);
 
-    // The edges of a triangle of this covariance, one of them along q, by Cholesky's decomposition.
+    // The edges of a triangle with this covariance, one of them along q, by Cholesky's decomposition.
     float first = sqrt(max(covariance.x, 1e-12));
     float beside = covariance.y / first;
     float second = sqrt(max(covariance.z - beside * beside, 0.0));

@@ -1,17 +1,17 @@
-// The flux that a patch throws. The including shader declares the buffer `objects` and the push
-// constant `trace`, and includes trace.glsl, sun.glsl and optics.glsl.
+// The flux that a patch reflects and refracts. The including shader declares the buffer `objects` and the push constant
+// `can_occlude`, and includes trace.glsl, light.glsl and optics.glsl.
 
-// A patch's corners, from its centroid, in edge1 and edge2.
+// Corners of a patch relative to its centroid, as coefficients of edge1 and edge2.
 const vec2 CORNERS[3] = vec2[](vec2(-1.0, -1.0) / 3.0, vec2(2.0, -1.0) / 3.0, vec2(-1.0, 2.0) / 3.0);
 
-// The midpoints of the patch's sides, from its centroid, in edge1 and edge2. Their mean is exact
-// for a quadratic map, and a third of the sum of their squares is the patch's covariance.
+// Midpoints of a patch's sides relative to its centroid, as coefficients of edge1 and edge2. The mean over the
+// midpoints is exact for a quadratic map. A third of the sum of their squares is the covariance of the patch.
 const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, vec2(1.0, 1.0) / 6.0);
 
-// Root of that covariance: two displacements, in edge1 and edge2.
+// Root of that covariance: two offsets, as coefficients of edge1 and edge2.
 const vec2 AXES[2] = vec2[](vec2(0.5, -0.5) * sqrt(1.0 / 6.0), vec2(sqrt(0.5) / 6.0));
 
-// Root of the covariance of the directions from which light comes, rad.
+// Root of the covariance of the light's directions, rad.
 void light_axes(Light light, LightDisc disc, out vec3 a, out vec3 b) {
     a = light.axis1;
     b = light.axis2;
@@ -21,8 +21,13 @@ void light_axes(Light light, LightDisc disc, out vec3 a, out vec3 b) {
     b *= 0.5 * disc.angular_radius;
 }
 
-// Turns a patch that lets light through toward the direction s. Returns the index of refraction on
-// that side over that beyond; 0 for a patch that only reflects.
+// Whether the patch is flat: its interpolated normal is constant.
+bool has_constant_normal(Patch patch_) {
+    return patch_.normal_du == vec3(0.0) && patch_.normal_dv == vec3(0.0);
+}
+
+// Flips the patch of a dielectric so that its front faces the direction s. Returns the index of refraction on that side
+// over the index on the other side; 0 for a patch that only reflects.
 float orient_toward(inout Patch patch_, vec3 s) {
     vec3 edge = patch_.edge1;
     vec3 normal_du = patch_.normal_du;
@@ -37,9 +42,8 @@ float orient_toward(inout Patch patch_, vec3 s) {
     return eta;
 }
 
-// Flux that the patch reflects and lets through, W: E A cos(theta) times the share, averaged over
-// the midpoints; `sun` is what `light` is at the centroid. Not any where patch and light do not see
-// each other.
+// Flux that the patch reflects (0) and refracts (1), W: E A cos(theta) times the Fresnel factor, averaged over the
+// midpoints. `disc` is the light as seen from the centroid. Returns false where the patch gets no light.
 bool flux_of(Patch patch_, Light light, LightDisc disc, float eta, out vec3 flux[2]) {
     flux = vec3[](vec3(0.0), vec3(0.0));
     vec3 geometric = cross(patch_.edge1, patch_.edge2);

@@ -1,15 +1,15 @@
-// Suns and lamps as a point sees them. The including shader includes trace.glsl.
+// Suns and lamps as seen from a point. The including shader includes trace.glsl.
 
-// A disc of even radiance.
+// A disc of constant radiance.
 struct LightDisc {
-    vec3 direction;  // unit, toward its middle
+    vec3 direction;  // unit, toward the centre
     float angular_radius;
-    float falloff;   // Light.power times this: W/m^2 on a plane that faces it
-    float inverse_distance;  // 1/m: its direction turns by this much a metre; 0 for a distant sun
+    float falloff;   // Light.power times this is the irradiance of a plane that faces the disc, W/m^2
+    float inverse_distance; // 1/m: change of the direction per metre across it; 0 for a sun
 };
 
-// What `light` shows at x: a sun the same everywhere, a lamp by its distance. A sphere of even
-// radiance is a disc of the sine radius/distance, with the irradiance of a point in its middle.
+// The disc that `light` shows at x. A sun looks the same from everywhere, a lamp depends on the distance: a sphere of
+// constant radiance is a disc with sin(angular radius) = radius / distance and the irradiance of a point at its centre.
 LightDisc disc_at(Light light, vec3 x) {
     if (light.is_lamp == 0) return LightDisc(light.place, light.size, 1.0, 0.0);
     vec3 to_light = light.place - x;
@@ -17,7 +17,7 @@ LightDisc disc_at(Light light, vec3 x) {
     return LightDisc(to_light * inverse_distance, asin(min(light.size * inverse_distance, 1.0)), inverse_distance * inverse_distance, inverse_distance);
 }
 
-// How far a ray from x in the direction s, within the disc, runs until it meets the light.
+// Distance that a ray from x travels in the direction s, within the disc, until it meets the light.
 float distance_to_light(Light light, vec3 x, vec3 s) {
     if (light.is_lamp == 0) return FAR;
     vec3 to_light = light.place - x;

@@ -1,13 +1,13 @@
-// Direct light at a point of a diffuse surface. The including shader declares the buffer `suns`
-// and the sampler `environment`, and includes trace, sun, optics, sampling, environment.
+// Direct light at a point of a diffuse surface. The including shader declares the buffer `lights` and the sampler
+// `environment`, and includes trace.glsl, light.glsl, optics.glsl, sampling.glsl and environment.glsl.
 
-// Irradiance from sun number `index` by `rays` rays over its disc, for sample number `part` of
-// `parts` that together cover it.
+// Irradiance from the sun or lamp `index`, by `rays` rays to its disc. The disc's points are shared by `parts` samples;
+// this is number `part` of them.
 vec3 direct_light(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uint parts) {
     Light light = lights[index];
     LightDisc disc = disc_at(light, x);
-    // Where a lamp is all above the horizon, its cosine has the mean of that to its middle: then rays
-    // only find how much of it is visible.
+    // Where the whole lamp is above the horizon, the mean cosine over the lamp equals the cosine to its centre. The
+    // rays then only sample visibility.
     float middle = dot(n, disc.direction);
     bool all_above = light.is_lamp != 0 && middle > sin(disc.angular_radius);
     float lit = 0.0;
@@ -20,8 +20,8 @@ vec3 direct_light(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, u
     return light.power * lit;
 }
 
-// Irradiance from the environment by number `part` of `parts` that `samples` cosine-weighted rays are
-// dealt out to.
+// Irradiance from the environment, by cosine-weighted rays. The `samples` rays are shared by `parts` samples; this is
+// number `part` of them.
 vec3 direct_environment(vec3 x, vec3 n, uint self, uint part, uint parts, uint samples, float rotation) {
     vec3 a, b;
     basis(n, a, b);
@@ -31,7 +31,7 @@ vec3 direct_environment(vec3 x, vec3 n, uint self, uint part, uint parts, uint s
         float cosine = sqrt(max(1.0 - dot(p, p), 0.0));
         vec3 direction = p.x * a + p.y * b + cosine * n;
         if (occluded(x, direction, FAR, self)) continue;
-        // A ray stands for the solid angle pi / (samples cosine).
+        // The solid angle of a ray is pi / (samples cosine).
         float level = environment_level(sqrt(PI / (float(samples) * max(cosine, 0.1))));
         sum += environment_radiance(direction, rotation, level);
     }

@@ -310,10 +310,10 @@ pub fn outgoing_directions(
 }
 
 /// From x to where a ray along `way` meets the receiver's front, m.
-fn distance_to(receiver: &PlanarReceiver, x: Vec3, to_light: Vec3) -> Option<f64> {
-    let along = to_light.dot(receiver.normal);
+fn distance_to(receiver: &PlanarReceiver, x: Vec3, direction: Vec3) -> Option<f64> {
+    let along = direction.dot(receiver.normal);
     let distance = (receiver.origin - x).dot(receiver.normal) / along;
-    let from_corner = x + distance * to_light - receiver.origin;
+    let from_corner = x + distance * direction - receiver.origin;
     let inside = [receiver.edge_u, receiver.edge_v]
         .iter()
         .all(|edge| (0.0..=edge.length_squared()).contains(&from_corner.dot(*edge)));

@@ -83,10 +83,10 @@ impl CellPatchPairs {
         let share = share_of(environment, suns, scene, store.origin).max(MIN_SHARE);
         let budget =
             (f64::from(settings.samples) * f64::from(settings.sky_images) * share).ceil() as usize;
-        let what = format!("{budget} images of rects of the environment");
+        let what = format!("{budget} images of parts of the sky");
         memory::check(&what, PAIR_BYTES * budget as u64).map_err(|reason| Error::Usage {
             reason,
-            remedy: "free some memory, or ask for fewer samples or environment images".into(),
+            remedy: "free some memory, or ask for fewer samples or sky images".into(),
         })?;
         let steps = |first: usize, factor: usize| {
             std::iter::successors(Some(first), move |count| Some(count * factor))

@@ -45,7 +45,7 @@ impl DeviceCasters {
             matches!(kind, MaterialKind::Dielectric { .. })
         });
         Ok(Self {
-            lit: Buffer::new(context, "lit_triangles", bytes as u64)?,
+            lit: Buffer::new(context, "lit triangles", bytes as u64)?,
             lit_count: 0,
             area: 0.0,
             lobes: if refracts { 2 } else { 1 },

@@ -125,7 +125,7 @@ impl Tessellation {
                 let samples = self.samples;
                 return Err(Error::Usage {
                     reason: format!(
-                        "{samples} samples make more than {MAX_PAIRS} patches, counted once a light"
+                        "{samples} samples make more than {MAX_PAIRS} patches, counted once for each light"
                     ),
                     remedy: "ask for fewer samples".into(),
                 });

@@ -196,7 +196,7 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
                     size[0], size[1]
                 ),
                 remedy: format!(
-                    "ask for at max_groups {} texels a side",
+                    "ask for at most {} texels a side",
                     max_side / 3 * 2 - 2
                 ),
             });
