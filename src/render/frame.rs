@@ -4,10 +4,10 @@
 //! upload ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate      the caustic
 //!                                                 direct ─► dilate ─► shade  the view
 //! ```
-//! A caster's triangles are divided into patches, the paper's sample points (sample). Each patch is a pinhole camera
-//! that images each light onto each receiver (project). The images are listed (compact) and added to the receivers'
-//! light maps (splat), wide ones to coarse levels (resolve). `pinhole` gathers over the patches at every texel instead,
-//! as the paper does, and `points` splats single texels.
+//! sample divides the casters' lit triangles into patches, the paper's sample points. Each patch is a pinhole camera:
+//! project computes the image of each light on each receiver, as a splat. compact lists the splats, and splat adds them
+//! to the light maps, wide ones to coarser levels, which resolve adds up. The method `pinhole` gathers over the patches
+//! at every texel instead, as the paper does, and `points` splats single texels.
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
@@ -26,20 +26,20 @@ use crate::render::view::direct::Direct;
 use crate::scene::Camera;
 use std::ops::Range;
 
-/// Patches and points of a first submission, on a device of which nothing is known.
+/// Patches and points in a first submission, before the speed of the device is known.
 const FIRST_PATCHES: u64 = 1 << 16;
 const FIRST_POINTS: u64 = 1 << 12;
-/// Texels of a submission that clears or dilates: 40 ms on two CPU cores.
+/// Texels per submission that clears or dilates: 40 ms on two CPU cores.
 const CLEAR_BAND: u32 = 1 << 22;
 const DILATE_BAND: u32 = 1 << 21;
 
-/// All that reads or writes device memory, on either side of a barrier.
+/// All accesses to device memory, on either side of a barrier.
 const ANY: Access = Access::ANY_READ.and(Access::ANY_WRITE);
-/// What a draw reads of a splat list.
+/// Accesses of a draw to a splat list.
 const LIST_READ: Access = Access::VERTEX_READ
     .and(Access::INDEX_READ)
     .and(Access::INDIRECT_READ);
-/// What writes the light maps, and what then reads them.
+/// Accesses that write the light maps.
 pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
 
 /// The stages of a method.
@@ -56,8 +56,8 @@ pub enum Caustic {
     Points(Points),
 }
 
-/// What changed in the scene goes to the device. Whatever an earlier frame does is waited for, a host's reads of the
-/// light maps included.
+/// Copies the changes of the scene to the device. The first barrier waits for all earlier frames, including a host's
+/// reads of the light maps.
 pub fn upload(recorder: &mut Recorder, scene: &mut DeviceScene) -> Result<()> {
     recorder.pass("upload", |r| {
         r.barrier(ANY, ANY);
@@ -66,7 +66,7 @@ pub fn upload(recorder: &mut Recorder, scene: &mut DeviceScene) -> Result<()> {
     })
 }
 
-/// The caustic, into the light maps. `dilate` is for those of meshes.
+/// Computes the caustic in the light maps. `dilate` extends the light maps of meshes.
 pub fn caustic(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -105,7 +105,7 @@ pub fn caustic(
             if let Some(resolve) = resolve.as_ref().filter(|_| draws) {
                 add_levels(recorder, scene, resolve)?;
             }
-            // Footprints fall on the texels around the charts by themselves.
+            // Footprints light the texels around the charts directly.
             Ok(())
         }
         Caustic::Gather { sample, pinhole } => {
@@ -124,7 +124,7 @@ pub fn caustic(
     }
 }
 
-/// Direct light, into the direct maps: that of the environment, and `with_lights` of suns and lamps.
+/// Computes direct light in the direct maps: from the environment, and from suns and lamps if `with_lights`.
 pub fn direct_light(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -145,7 +145,7 @@ pub fn direct_light(
     dilate_meshes(recorder, scene, dilate)
 }
 
-/// The camera's picture, with `side`² samples a pixel.
+/// Computes the camera's picture with `side`² samples per pixel.
 pub fn view(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -167,7 +167,7 @@ pub fn view(
 
 // --- The steps ------------------------------------------------------------------------------------
 
-/// Fills the light maps with zeros, each band of rows in a submission of its own where there are several.
+/// Clears the light maps. If there are several bands of rows, each is a submission of its own.
 fn clear_light_map(recorder: &mut Recorder, light_map: &Image) -> Result<()> {
     for rows in bands([light_map.width, light_map.height], CLEAR_BAND) {
         recorder.pass("clear light map", |r| {
@@ -179,7 +179,7 @@ fn clear_light_map(recorder: &mut Recorder, light_map: &Image) -> Result<()> {
     Ok(())
 }
 
-/// A band that is not the whole image is a submission of its own.
+/// Submits a band that is not the whole image.
 fn submit_if(recorder: &mut Recorder, rows: Range<u32>, height: u32) -> Result<()> {
     match rows.len() < height as usize {
         true => recorder.submit(),
@@ -187,7 +187,7 @@ fn submit_if(recorder: &mut Recorder, rows: Range<u32>, height: u32) -> Result<(
     }
 }
 
-/// The patches of all lit triangles of casters.
+/// Computes the patches of the casters' lit triangles.
 fn sample_patches(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
     let total = scene.casters.patch_count.into();
     recorder.tiled("sample", total, FIRST_PATCHES, |r, done, limit| {
@@ -200,7 +200,7 @@ fn sample_patches(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample)
     })
 }
 
-/// Empties the lists.
+/// Clears the splat lists and the level masks.
 fn zero(
     recorder: &mut Recorder,
     projectors: &[Projector],
@@ -217,8 +217,8 @@ fn zero(
     })
 }
 
-/// The splats of a projector, listed in the order of their pairs and added to the light maps, in as many batches as
-/// there is room and time for. Only the first batch of a frame has to `clear` the light maps.
+/// Computes the splats of a projector, lists them in the order of their pairs, and adds them to the light maps, in
+/// batches limited by capacity and time. If `clear` is set, the first batch clears the light maps.
 fn splat(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -245,7 +245,7 @@ fn splat(
             })?;
             r.pass(passes.splat, |r| {
                 projector.record_splat(r, light_map, *clear);
-                // The next batch overwrites what this one reads, and adds to its texels.
+                // The next batch overwrites the buffers that this one reads, and blends into the same texels.
                 r.barrier(
                     Access::BLEND.and(LIST_READ).and(Access::FRAGMENT_READ),
                     Access::BLEND.and(Access::COMPUTE),
@@ -258,7 +258,7 @@ fn splat(
     Ok(())
 }
 
-/// Adds the coarser levels to the finer ones, in steps of so many rows that each may be a submission of its own.
+/// Adds the coarser levels to the finer ones, in steps of rows, each of which may be a submission of its own.
 fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -> Result<()> {
     recorder.pass("find levels", |r| {
         resolve.record_levels(r, scene);
@@ -270,7 +270,7 @@ fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -
     let [_, height] = scene.receivers.largest_light_map();
     let is_split = height + 2 > resolve.levels.rows;
     for level in (0..MAX_LEVEL).rev() {
-        // With one texel more all around than the level has.
+        // A level has a border of one texel.
         let rows = ((height - 1) >> level) + 3;
         for first_row in (0..rows).step_by(resolve.levels.rows as usize) {
             recorder.pass("resolve", |r| {
@@ -285,7 +285,7 @@ fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -
     Ok(())
 }
 
-/// The paper's gather: the sum over all patches at every texel, a batch of patches at a time.
+/// The paper's gather: sums over all patches at every texel, one batch of patches at a time.
 fn gather(recorder: &mut Recorder, scene: &DeviceScene, pinhole: &Pinhole) -> Result<()> {
     let (batch, patch_count) = (Pinhole::batch(scene), scene.casters.patch_count);
     let groups = scene.receivers.group_count();
@@ -303,7 +303,7 @@ fn gather(recorder: &mut Recorder, scene: &DeviceScene, pinhole: &Pinhole) -> Re
     })
 }
 
-/// Points, one texel each.
+/// Traces points and splats each onto one texel.
 fn splat_points(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -330,7 +330,7 @@ fn splat_points(
     })
 }
 
-/// Continues the light maps of meshes around their charts.
+/// Extends the light maps of meshes around their charts.
 fn dilate_meshes(
     recorder: &mut Recorder,
     scene: &DeviceScene,

@@ -1,5 +1,5 @@
-//! Rust mirrors of `glsl/shared/layout.glsl`, field by field; a test compares the offsets with
-//! the SPIR-V's. See there for meanings and units.
+//! Rust mirrors of `glsl/shared/gpu_types.glsl`, field by field. A test compares names and offsets with the SPIR-V. The
+//! GLSL file documents meanings and units.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, UVec3, UVec4, Vec2, Vec3};
@@ -14,7 +14,7 @@ macro_rules! mirrors {
             pub struct $name { $(pub $field: $type,)* }
         )*
 
-        /// What the SPIR-V must say of every mirror.
+        /// Expected layout of every mirror in the SPIR-V.
         #[cfg(test)]
         const MIRRORS: &[crate::gpu::StructLayout] = &[$(crate::gpu::StructLayout {
             name: stringify!($name),
@@ -89,7 +89,7 @@ mirrors! {
     CompactPush { pair_count: u32, slots: u32, }
     LevelsPush { receiver_count: u32, rows: u32, }
     DilatePush { receiver: u32, first_row: u32, }
-    /// Of all that is drawn into the light maps.
+    /// Push constants of all vertex shaders that draw into the light maps.
     DrawPush { atlas_size: Vec2, }
     ResolvePush { level: i32, first_row: i32, }
     PointsPush {
@@ -127,14 +127,14 @@ pub const DIFFUSE: u32 = 0;
 pub const MIRROR: u32 = 1;
 pub const CONDUCTOR: u32 = 2;
 pub const DIELECTRIC: u32 = 3;
-/// Bits of [`Triangle::blocks`]
+/// Bits of [`Triangle::flags`]
 pub const OCCLUDES: u32 = 1;
 pub const IS_MESH_RECEIVER: u32 = 2;
 /// [`AtlasTexel::source`]
 pub const NO_TEXEL: u32 = u32::MAX;
 /// [`AtlasSamples::triangles`]
 pub const NO_TRIANGLE: u32 = u32::MAX;
-/// Sides of a leaf of a curved receiver's quadtree, texels.
+/// Side of a leaf of a mesh receiver's quadtree, texels.
 pub const LEAF: u32 = 8;
 /// [`Object::receiver`]
 pub const NO_RECEIVER: i32 = -1;
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn mirrors_match_the_spirv() {
         assert_eq!(differences(MIRRORS), Vec::<String>::new());
-        // A shifted field, a wrong size and an unknown struct are seen.
+        // A shifted field, a wrong size and an unknown struct are detected.
         for (name, size, fields) in [
             (
                 "Node",

@@ -1,10 +1,11 @@
-//! Objects as the shaders see them: their material and their receiver.
+//! Objects for the shaders: material and receiver.
 
 use crate::render::gpu_types::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 
-/// By object. `receiver_of`: an object's index among the receivers of its kind, and whether it is a mesh.
+/// One per object. `receiver_of` gives an object's index among the receivers of its kind, and whether the receiver is a
+/// mesh.
 pub fn objects(
     scene: &Scene,
     receiver_of: impl Fn(usize) -> Option<(u32, bool)>,

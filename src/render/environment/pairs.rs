@@ -1,11 +1,12 @@
-//! Which cells of an environment are imaged by which patches.
+//! Pairs environment cells with levels of patch clusters.
 //!
-//! Every cell is imaged by all patches of one of some divisions of the mirrors: bright cells get small
-//! patches. Of all ways to spend the pairs, the one is taken with the least light out of its place by the widths of
-//! cells and patches. A sun in the sky is imaged by the patches that other suns get.
+//! Every cell is projected by all patches of one level of the casters' clusters; bright cells get small patches. A
+//! footprint displaces light by the widths of its cell and its patch. Among all ways to spend the budget of pairs, the
+//! one with the smallest total displacement is chosen. A sun in the environment is projected by the same patches as
+//! other suns.
 //!
-//! Halving cells and patches pair by pair, always where that narrows the footprints most, is worse: their
-//! sum is uneven where sizes change.
+//! Halving cells and patches pair by pair, always where that narrows the footprints most, gave worse results: the sum
+//! of the footprints is uneven where sizes change.
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
@@ -20,51 +21,50 @@ use crate::scene::{Geometry, Object, Scene, memory};
 use glam::{DVec3, UVec2, Vec3};
 use std::sync::Arc;
 
-/// Of all flux, what a cell that counts as a sun has at least.
+/// Minimum share of all flux for a cell that counts as a sun.
 const MIN_SUN_SHARE: f64 = 0.01;
-/// Patches of the coarsest level, and how many times as many the next one has.
+/// Patches of the coarsest level, and the factor from one level to the next.
 const MIN_PATCHES: usize = 16;
 const PATCH_FACTOR: usize = 2;
-/// A sun is narrower than this on both axes together, rad²: of a radius of 3°.
+/// Maximum variance of a sun, both axes together, rad²: that of a disc with a radius of 3°.
 const MAX_SUN_VARIANCE: f64 = 0.052 * 0.052 / 2.0;
-/// Light out of place by the width of a cell, over as much by that of a patch: where cells are images that
-/// nothing blocks, where something may block them, which then counts for a whole cell, and on meshes, where they
-/// are kernels as wide as themselves.
-/// With 0.5, 0.7 and 1, L1 with 16 k samples was 5.1, 5.0, 5.0 % on `table`, 3.9, 4.1, 4.1 % on the ring under
-/// windows, 5.9, 5.9, 3.9 % under a sky with a sun, but 2.8, 2.8, 3.6 % there with 64 k.
+/// Weight of the displacement by a cell's width relative to that by a patch's width. Unoccluded: cells are pinhole
+/// images with sharp edges. Occluded: visibility is tested once for a whole cell. Meshes: cells are kernels as wide as
+/// themselves. With 0.5, 0.7 and 1, L1 with 16 k samples was 5.1, 5.0, 5.0 % on `table`, 3.9, 4.1, 4.1 % on the ring
+/// under windows, 5.9, 5.9, 3.9 % under an environment with a sun, but 2.8, 2.8, 3.6 % there with 64 k.
 const WEIGHT_UNOCCLUDED: f64 = 0.4;
 const WEIGHT_OCCLUDED: f64 = 0.7;
 const WEIGHT_MESHES: f64 = 8.0;
-/// Fewest cells, and how many times as many are tried next.
+/// Minimum number of cells, and the factor to the next number that is tried.
 const MIN_CELLS: usize = 8;
 const CELL_FACTOR: usize = 2;
-/// Of all images, the sky gets at least this share: light may change.
+/// Minimum share of the environment in the budget of pairs, because lights may change.
 const MIN_SHARE: f64 = 1.0 / 16.0;
-/// Bytes for a pair, at most, measured with a million and four million samples.
+/// Maximum memory per pair, bytes, measured with one and four million samples.
 const PAIR_BYTES: u64 = 400;
 
-/// Light from everywhere, as footprints see it.
+/// The environment as pairs of cell and patch cluster.
 pub struct CellPatchPairs {
     pub lights: Buffer,
     pub patches: Buffer,
     pub patch_count: u32,
-    /// Patch and light of each.
+    /// Patch and cell of each pair.
     pub pairs: Buffer,
     pub pair_count: u32,
-    /// What is bright and narrow as a sun is, at most [`MOST_ENVIRONMENT_SUNS`].
+    /// Cells that are as bright and small as a sun, at most [`MAX_ENVIRONMENT_SUNS`].
     suns: Vec<EnvironmentCell>,
     cells: Vec<EnvironmentCell>,
     clusters: PatchClusters,
-    /// The patches.
+    /// The patches in use.
     selection: Selection,
 }
 
 impl CellPatchPairs {
-    /// About as many pairs as the settings ask for, `sky_images` for every sample, times the sky's share of the light
-    /// beside `suns`: it should be as exact as theirs.
+    /// Chooses about as many pairs as the settings ask for: `sky_images` for every sample, times the environment's
+    /// share of the light beside `suns`, so that both are equally accurate.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is no memory for so many, [`Error::Device`] where the device's does not suffice.
+    /// [`Error::Usage`] if host memory is insufficient, [`Error::Device`] if device memory is insufficient.
     pub fn new(
         context: &Arc<Context>,
         staging: &mut Staging,
@@ -124,7 +124,7 @@ impl CellPatchPairs {
             (rects.iter()).map(|rect| subdivision.cell(rect)).collect()
         };
         let (suns, cells) = (cells_of(&suns), cells_of(&rects));
-        // The same divisions, as far as they are used, in many ways.
+        // The same levels, up to the finest in use, in all clusterings.
         let used = chosen.levels.iter().max().map_or(0, |finest| finest + 1);
         let clusters = PatchClusters::new(scene, store, &counts[..used], CLUSTERINGS, distance);
         let mut sets: Vec<[usize; 2]> = Vec::new();
@@ -136,7 +136,7 @@ impl CellPatchPairs {
                 .collect();
             for clustering in 0..CLUSTERINGS.min(members.len()) {
                 let patches = clusters.count([level, clustering]) as u32;
-                // Cells side by side are imaged in different ways.
+                // Neighbouring cells use different clusterings.
                 for &cell in members.iter().skip(clustering).step_by(CLUSTERINGS) {
                     let of_cell =
                         (0..patches).map(|patch| UVec2::new(first_patch + patch, cell as u32));
@@ -166,7 +166,7 @@ impl CellPatchPairs {
         Ok(new)
     }
 
-    /// Writes the cells for the present rotation and scale, and the clusters where a caster has moved.
+    /// Writes the cells for the present rotation and scale, and the patch clusters where a caster has moved.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -185,7 +185,7 @@ impl CellPatchPairs {
         Ok(())
     }
 
-    /// Those that are imaged by the suns' patches.
+    /// The cells that act as suns, for the present rotation and scale.
     pub fn suns_of(&self, environment: &EnvironmentLight) -> Vec<Light> {
         (self.suns.iter())
             .map(|sun| sun.sun(environment.scale, environment.rotation))
@@ -199,19 +199,19 @@ fn lights_of(cells: &[EnvironmentCell], environment: &EnvironmentLight) -> Vec<L
         .collect()
 }
 
-/// Whether a receiver is a mesh, on which cells are kernels.
+/// Whether a receiver is a mesh. On meshes, cells are kernels.
 fn lights_meshes(scene: &Scene) -> bool {
     (scene.objects.iter())
         .any(|object| object.light_map.is_some() && !matches!(object.geometry, Geometry::Rect(_)))
 }
 
-/// Middle and radius of the sphere around an object's bounding box, m.
+/// Centre and radius of the sphere around an object's bounding box, m.
 fn sphere_around(object: &Object) -> (DVec3, f64) {
     let [low, high] = object.geometry.mesh().bounds();
     (0.5 * (low + high), 0.5 * low.distance(high))
 }
 
-/// How far light runs from the mirrors to the receivers, m: mean distance of their middles.
+/// Typical distance that light travels from the casters to the receivers, m: the mean distance between their centres.
 fn distance(scene: &Scene) -> f64 {
     let middle = |object: &Object| sphere_around(object).0;
     let casters: Vec<DVec3> = scene.specular_objects().map(|(_, o)| middle(o)).collect();
@@ -225,8 +225,8 @@ fn distance(scene: &Scene) -> f64 {
     distances.iter().sum::<f64>() / distances.len().max(1) as f64
 }
 
-/// The share of the sky in the light that meets the mirrors, all channels together, wherever it comes from. Of a lamp it is
-/// that of the middle, or half a diagonal from it.
+/// The environment's share of the light that reaches the casters, all channels and directions together. A lamp is
+/// evaluated at the casters' centres, at a distance of at least half a diagonal.
 fn share_of(environment: &EnvironmentLight, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
     let spheres: Vec<(Vec3, f32)> = (scene.specular_objects())
         .map(|(_, object)| {
@@ -250,8 +250,8 @@ fn share_of(environment: &EnvironmentLight, suns: &[Light], scene: &Scene, origi
     }
 }
 
-/// Parts the suns from the rest: what is bright, and narrower than `variance` on both axes
-/// together, which is what the smallest merged patches blur.
+/// Separates the suns from the other cells: rects that are bright and whose variance, both axes together, is below
+/// `variance`, the blur of the smallest patches.
 fn separate_suns(mut rects: Vec<CellRect>, variance: f64) -> (Vec<CellRect>, Vec<CellRect>) {
     let total: f64 = rects.iter().map(|rect| rect.flux).sum();
     rects.sort_by(|a, b| b.flux.total_cmp(&a.flux));
@@ -268,14 +268,14 @@ fn separate_suns(mut rects: Vec<CellRect>, variance: f64) -> (Vec<CellRect>, Vec
 }
 
 struct ChosenLevels {
-    /// By cell, which level images it.
+    /// Per cell: the level that projects it.
     levels: Vec<usize>,
-    /// Sum of how far light is out of place, weighed by flux.
+    /// Sum of the displacement of light, weighted by flux.
     width: f64,
 }
 
-/// For every cell the level of the mirrors that keeps light in its place, in `budget` pairs.
-/// `sizes` and `variances` are the divisions' numbers of patches and their variances, m².
+/// Chooses for every cell the level of the casters' clusters that minimises the displacement of light, within `budget`
+/// pairs. `sizes` and `variances` are the levels' numbers of patches and their variances, m².
 fn choose_levels(
     rects: &[CellRect],
     sizes: &[usize],
@@ -287,7 +287,7 @@ fn choose_levels(
     let width = |rect: &CellRect, level: usize| {
         weight * distance * rect.error + rect.flux * variances[level].sqrt()
     };
-    // The method of Lagrange's multipliers: what a pair may cost.
+    // Lagrange multipliers: `price` is the cost of a pair.
     let at = |price: f64| -> Vec<usize> {
         (rects.iter())
             .map(|rect| {
@@ -300,7 +300,7 @@ fn choose_levels(
     };
     let pairs = |levels: &[usize]| levels.iter().map(|&d| sizes[d]).sum::<usize>();
     let total: f64 = rects.iter().map(|rect| width(rect, 0)).sum();
-    // Bisection on the logarithm, from nothing to more than anything is worth.
+    // Bisection on the logarithm, from a price of almost nothing to one above every benefit.
     let (mut low, mut high) = ((total * 1e-18).ln(), (total * 1e3 + f64::MIN_POSITIVE).ln());
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

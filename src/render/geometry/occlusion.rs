@@ -3,11 +3,10 @@
 use crate::scene::{MaterialKind, Mesh, Scene};
 use std::borrow::Cow;
 
-/// Whether anything can occlude light on its way to a caster or from there to a receiver. Nothing can
-/// where the only object that casts shadows is the only caster, and each of its faces has all of it behind: where it
-/// is flat or convex, or where it refracts, flat. Both legs then lie in front of the face,
-/// wherever the light is. Where more than `most_pairs` of faces and vertices would have to be compared, the answer is
-/// yes.
+/// Whether anything can occlude light on its way to a caster or from there to a receiver. Nothing can if the only
+/// object that casts shadows is the only caster, and the object lies behind the plane of each of its faces: it is flat
+/// or convex, or flat if it refracts. Both segments of a light path then lie in front of the face, wherever the light
+/// is. Returns true if the proof would compare more than `max_pairs` pairs of face and vertex.
 pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], max_pairs: usize) -> bool {
     let mut occluders = scene
         .objects

@@ -1,7 +1,8 @@
-//! All triangles of the scene as the device has them: in the order of the leaves of a bounding
-//! volume hierarchy, around an origin in the middle of the scene so that f32 resolves it wherever it lies.
+//! The triangle store: all triangles of the scene as the device has them, in the order of the leaves of a bounding
+//! volume hierarchy. Positions are relative to an origin in the centre of the scene, so that f32 suffices wherever the
+//! scene lies.
 //!
-//! The triangles of an object that moves are overwritten, and the hierarchy is refitted to them.
+//! Triangles of a moving object are overwritten, and the hierarchy is refitted.
 
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
@@ -11,7 +12,7 @@ use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// What a link of the hierarchy can name.
+/// Maximum index in a link of the hierarchy.
 const MAX_TRIANGLES: usize = (1 << 28) - 1;
 
 pub struct TriangleStore {
@@ -20,17 +21,17 @@ pub struct TriangleStore {
     bvh: Bvh,
     /// Index into `triangles` of each triangle of the scene, object by object.
     indices: Vec<u32>,
-    /// Of each object's triangles in `indices`.
+    /// Range of each object in `indices`.
     ranges: Vec<Range<usize>>,
-    /// Whether an object is a rect, of which each triangle has the other for a twin.
+    /// Per object: whether it is a rect, whose two triangles are each other's twin.
     is_rect: Vec<bool>,
-    /// Of the device in the scene, m.
+    /// Position of the device's origin in the scene, m.
     pub origin: DVec3,
 }
 
 impl TriangleStore {
-    /// `atlases` are those of the curved receivers, by object; `most_bytes` is what a buffer on the device
-    /// holds.
+    /// `atlases` are the atlases of the mesh receivers, indexed by object. `max_bytes` is the maximum size of a buffer
+    /// on the device.
     pub fn new(
         scene: &Scene,
         meshes: &[Cow<Mesh>],
@@ -38,7 +39,7 @@ impl TriangleStore {
         max_bytes: u64,
     ) -> Result<Self> {
         let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
-        // Judged before the hierarchy, which takes a while to build.
+        // Checked before the hierarchy is built, which takes a while.
         let limit = MAX_TRIANGLES.min(max_bytes as usize / size_of::<gpu_types::Triangle>());
         if count > limit {
             return Err(Error::Usage {
@@ -89,7 +90,7 @@ impl TriangleStore {
         Ok(store)
     }
 
-    /// Reorders the triangles from the scene's order to that of the hierarchy.
+    /// Reorders the triangles from the scene's order to the hierarchy's.
     fn arrange(&mut self) {
         let order = &self.bvh.order;
         self.triangles = order.iter().map(|i| self.triangles[*i as usize]).collect();
@@ -107,7 +108,7 @@ impl TriangleStore {
         }
     }
 
-    /// A grid and its nodes, as the shaders' buffer has them.
+    /// The grid and the nodes, in the layout of the shaders' buffer.
     pub fn nodes(&self) -> Vec<u8> {
         [
             bytemuck::bytes_of(&self.bvh.grid),
@@ -116,7 +117,7 @@ impl TriangleStore {
         .concat()
     }
 
-    /// Bytes that [`TriangleStore::nodes`] can come to: a hierarchy has a node less than triangles.
+    /// Maximum size of [`TriangleStore::nodes`], bytes: a hierarchy has one node fewer than triangles.
     pub fn max_node_bytes(&self) -> u64 {
         (size_of::<gpu_types::Grid>() + self.triangles.len() * size_of::<gpu_types::Node>()) as u64
     }
@@ -153,8 +154,8 @@ impl TriangleStore {
         }
     }
 
-    /// Refits the hierarchy to the triangles that moved. Returns whether it was rebuilt instead, which gives all triangles
-    /// other indices.
+    /// Refits the hierarchy to the triangles that moved. Returns whether it was rebuilt instead, which changes the
+    /// indices of all triangles.
     pub fn refit_or_rebuild(&mut self) -> bool {
         if self.bvh.refit(&self.triangles) {
             return false;
@@ -176,9 +177,9 @@ impl TriangleStore {
     }
 }
 
-/// Rays on the host, for messages; the device traces its own.
+/// Rays on the host, for messages only.
 impl TriangleStore {
-    /// Whether anything that blocks light crosses the ray before `length`, m.
+    /// Whether an object that casts shadows crosses the ray before `length`, m.
     pub fn is_occluded(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
         let mut farthest = length;
         self.bvh
@@ -186,13 +187,13 @@ impl TriangleStore {
                 let triangle = &self.triangles[place];
                 if triangle.flags & OCCLUDES != 0 && meets(triangle, origin, direction) < *farthest
                 {
-                    *farthest = -1.0; // nothing else matters
+                    *farthest = -1.0; // ends the traversal
                 }
             });
         farthest < 0.0
     }
 
-    /// The nearest triangle along a ray of those that block light or are `wanted`.
+    /// The nearest triangle along a ray that casts shadows or is `wanted`.
     pub fn nearest(
         &self,
         origin: Vec3,
@@ -217,7 +218,7 @@ impl TriangleStore {
     }
 }
 
-/// Where a ray crosses the triangle, m; infinite where it does not (Möller & Trumbore 1997).
+/// Distance at which a ray crosses the triangle, m; infinite where it does not (Möller & Trumbore 1997).
 fn meets(triangle: &gpu_types::Triangle, origin: Vec3, direction: Vec3) -> f32 {
     let p = direction.cross(triangle.edge2);
     let determinant = triangle.edge1.dot(p);
@@ -228,7 +229,7 @@ fn meets(triangle: &gpu_types::Triangle, origin: Vec3, direction: Vec3) -> f32 {
         direction.dot(q) / determinant,
     );
     let distance = triangle.edge2.dot(q) / determinant;
-    // NaN, of a triangle seen from its edge, is in no range.
+    // A triangle seen edge on gives NaN, which fails every comparison.
     match u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0 {
         true => distance,
         false => f32::INFINITY,
@@ -243,7 +244,7 @@ pub fn packed(pair: DVec2) -> u32 {
     x | y << 16
 }
 
-/// A triangle with its place.
+/// The geometry of a triangle relative to `origin`.
 fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> gpu_types::Triangle {
     let [p0, p1, p2] = corners.map(|c| mesh.positions[c as usize] - origin);
     gpu_types::Triangle {
@@ -264,7 +265,7 @@ fn normals_of(mesh: &Mesh, corners: &[u32; 3]) -> gpu_types::Normals {
     }
 }
 
-/// Middle of the bounding box.
+/// Centre of the bounding box.
 fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
     let positions = || meshes.iter().flat_map(|mesh| &mesh.positions);
     let lower = positions().fold(DVec3::INFINITY, |a, b| a.min(*b));
@@ -297,10 +298,10 @@ mod tests {
         within(4).unwrap();
     }
 
-    /// Prints how long meshes of millions of triangles take to load, and to be put into a hierarchy:
-    /// `cargo test --release --lib millions -- --ignored --nocapture`. The figures are in docs/measurements.md.
+    /// Prints the time to load meshes of millions of triangles and to build their hierarchy: `cargo test --release
+    /// --lib millions -- --ignored --nocapture`. The figures are in docs/measurements.md.
     #[test]
-    #[ignore = "measures for a minute and demands nothing"]
+    #[ignore = "measures for a minute and asserts nothing"]
     fn time_of_millions() {
         use std::fmt::Write;
         let folder = tempfile::tempdir().unwrap();

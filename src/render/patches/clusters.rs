@@ -1,9 +1,9 @@
-//! Patches for light from everywhere: few, each merged from many pieces of a mirror's mesh.
+//! Patch clusters for light from all directions: few patches, each merged from many subtriangles of a caster.
 //!
-//! The pieces are merged in many ways, along other directions in each. The sum of one way's footprints is not
-//! quite even, and neighbouring parts of the sky, imaged by patches of different ways, even that out.
+//! Subtriangles are merged in several rotated clusterings. The sum of one clustering's footprints is slightly uneven.
+//! Neighbouring environment cells use different clusterings, which evens out the total.
 //!
-//! How pieces are merged is settled once; where they are, and how they bend the light, every frame.
+//! The assignment of subtriangles to clusters is fixed; their positions and normals are updated in every frame.
 
 use crate::math::covariance_root;
 use crate::render::geometry::triangle_store::TriangleStore;
@@ -16,39 +16,39 @@ use std::cmp::Reverse;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Pieces for every patch of the finest division. With 4 the cuts of the ways are rough: the ring of [`CLUSTERINGS`] has
-/// 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
+/// Subtriangles per patch of the finest level. With 4 the borders of the clusters are rough: the ring of
+/// [`CLUSTERINGS`] has L1 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
 const SUBTRIANGLES_PER_PATCH: f64 = 16.0;
-/// The midpoints of a triangle's sides, in its edges from the first corner: for what is linear over
-/// the triangle, their moments are the triangle's, up to the second.
+/// Midpoints of a triangle's sides, as coefficients of its edges from the first corner. For functions that are linear
+/// over the triangle, the moments over the midpoints equal the triangle's moments up to the second.
 const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 
-/// In how many ways the pieces are merged. Under the dim light of `studio.hdr`, L1 of the ring at 128² was
-/// 8.0, 4.6 and 3.1 % with 4 k, 16 k and 64 k samples for one, 6.6 and 4.2 % (4 k, 16 k) for 4, 6.0, 4.0 and 2.6 %
-/// for 16, and no better for 32.
+/// Number of rotated clusterings. Under the dim light of `studio.hdr`, L1 of the ring at 128² was 8.0, 4.6 and 3.1 %
+/// with 4 k, 16 k and 64 k samples for one clustering, 6.6 and 4.2 % (4 k, 16 k) for 4, 6.0, 4.0 and 2.6 % for 16, and
+/// no better for 32.
 pub const CLUSTERINGS: usize = 16;
 
-/// A part of a triangle.
+/// A triangle of the regular subdivision of a caster's triangle.
 struct Subtriangle {
     object: u32,
-    /// Of its object's triangles.
+    /// Index among its object's triangles.
     index: u32,
-    /// Midpoints of its sides, in the triangle's edges from the first corner.
+    /// Midpoints of its sides, as coefficients of the triangle's edges from the first corner.
     midpoints: [DVec2; 3],
-    /// Its area over the triangle's.
+    /// Its area over the triangle's area.
     share: f64,
 }
 
-/// Divisions of all specular surfaces into patches, each finer than the one before.
+/// Clusterings of all casters into patches, in levels from coarse to fine.
 pub struct PatchClusters {
     subtriangles: Vec<Subtriangle>,
-    /// By way.
+    /// Per clustering.
     cells: Vec<Cells>,
 }
 
 impl PatchClusters {
-    /// Divides the surfaces into `counts` patches, rising, in so many `ways`, where light runs on for about
-    /// `distance`, m.
+    /// Clusters the casters' surfaces into levels of `counts` patches, increasing, in `clusterings` rotated
+    /// clusterings. `distance`, m, is the typical distance that light travels to the receivers.
     pub fn new(
         scene: &Scene,
         store: &TriangleStore,
@@ -87,7 +87,7 @@ impl PatchClusters {
         }
     }
 
-    /// By division, m²: mean variance of where the light of a patch's points ends up.
+    /// Per level: mean variance of the positions at which light of a patch's points arrives, m².
     pub fn variances(&self, store: &TriangleStore, distance: f64) -> Vec<f64> {
         let sums = sums_of_subtriangles(&self.subtriangles, store);
         let total: f64 = sums.iter().map(|sums| sums.area).sum();
@@ -101,13 +101,12 @@ impl PatchClusters {
         cells.levels.iter().map(variance).collect()
     }
 
-    /// How many patches a division has in a way.
+    /// Number of patches in a level of a clustering.
     pub fn count(&self, [level, clustering]: [usize; 2]) -> usize {
         self.cells[clustering].levels[level].len()
     }
 
-    /// Settles which patches are wanted: those of some divisions and ways, one after the other.
-    /// With these patches.
+    /// Selects the patches of some [level, clustering] sets, concatenated in this order, and returns them.
     pub fn select(&self, store: &TriangleStore, sets: Vec<[usize; 2]>) -> (Selection, Vec<Patch>) {
         let sums = sums_of_subtriangles(&self.subtriangles, store);
         let all = self.sums_of(&sums, &sets);
@@ -129,7 +128,7 @@ impl PatchClusters {
         (selection, patches)
     }
 
-    /// Those, as the surfaces are now.
+    /// The selected patches for the present shape of the surfaces.
     pub fn patches(&self, store: &TriangleStore, selection: &Selection) -> Vec<Patch> {
         let all = self.sums_of(
             &sums_of_subtriangles(&self.subtriangles, store),
@@ -154,7 +153,7 @@ impl PatchClusters {
         patches.concat()
     }
 
-    /// By kind, the sums over the pieces of each cell.
+    /// Per set, the sums over the subtriangles of each cluster.
     fn sums_of(&self, sums: &[Sums], sets: &[[usize; 2]]) -> Vec<Vec<Sums>> {
         let mut all = vec![Vec::new(); sets.len()];
         let by_clustering: Vec<Vec<(usize, Vec<Sums>)>> = (0..self.cells.len())
@@ -169,7 +168,7 @@ impl PatchClusters {
                 for set in own_sets {
                     let level = &levels[sets[set][0]];
                     let of_set = match found.last() {
-                        // The cells of a finer division are parts of these.
+                        // A finer level's clusters subdivide these clusters.
                         Some((finer, sums)) => aggregate(level, &levels[sets[*finer][0]], sums),
                         None => (level.iter())
                             .map(|cell| {
@@ -197,15 +196,15 @@ fn sums_of_subtriangles(subtriangles: &[Subtriangle], store: &TriangleStore) -> 
         .collect()
 }
 
-/// Patches that are wanted.
+/// The patches in use.
 pub struct Selection {
-    /// Division and way.
+    /// Level and clustering.
     sets: Vec<[usize; 2]>,
-    /// By kind and cell, the piece in its middle, where rays start.
+    /// Per set and cluster: the subtriangle nearest to the cluster's centroid, where rays start.
     centres: Vec<Vec<u32>>,
 }
 
-/// The sums of `cells` from those of their parts.
+/// The sums of `cells` from the sums of the finer cells inside them.
 fn aggregate(cells: &[Range<usize>], finer: &[Range<usize>], sums: &[Sums]) -> Vec<Sums> {
     (cells.iter())
         .map(|cell| {
@@ -216,7 +215,7 @@ fn aggregate(cells: &[Range<usize>], finer: &[Range<usize>], sums: &[Sums]) -> V
         .collect()
 }
 
-/// Where the pieces are and where they send the light, in the axes of a way.
+/// Position of each subtriangle and deflection of its light, in the axes of a clustering.
 fn points(sums: &[Sums], clustering: usize, distance: f64) -> Vec<Point<6>> {
     let rotation = rotation_of(clustering);
     (sums.iter())
@@ -225,7 +224,7 @@ fn points(sums: &[Sums], clustering: usize, distance: f64) -> Vec<Point<6>> {
                 true => (rotation * sums.x / sums.area, rotation * sums.n / sums.area),
                 false => (DVec3::ZERO, DVec3::ZERO),
             };
-            // Light turns by twice as much as the normal.
+            // Reflected light turns by twice the change of the normal.
             let deflection = 2.0 * distance * n;
             Point {
                 place: [x.x, x.y, x.z, deflection.x, deflection.y, deflection.z],
@@ -235,7 +234,7 @@ fn points(sums: &[Sums], clustering: usize, distance: f64) -> Vec<Point<6>> {
         .collect()
 }
 
-/// The axes along which pieces are merged in a way: those of the scene, then others all around.
+/// The axes of a clustering: the scene's axes for the first one, rotated axes for the others.
 fn rotation_of(clustering: usize) -> DQuat {
     let (golden_angle, tilt) = (PI * (3.0 - 5f64.sqrt()), 0.7);
     DQuat::from_euler(
@@ -246,7 +245,7 @@ fn rotation_of(clustering: usize) -> DQuat {
     )
 }
 
-/// Cuts a triangle into n² pieces.
+/// Divides a triangle into n² subtriangles.
 fn subdivide(object: u32, index: u32, n: u32, subtriangles: &mut Vec<Subtriangle>) {
     let size = 1.0 / f64::from(n);
     for row in 0..n {
@@ -301,7 +300,7 @@ impl Subtriangle {
     }
 }
 
-/// Integrals over a surface, of position x and interpolated normal n.
+/// Integrals of the position x and the interpolated normal n over a surface.
 #[derive(Clone)]
 struct Sums {
     area: f64,
@@ -342,8 +341,8 @@ impl Sums {
         self.nx += other.nx;
     }
 
-    /// The triangle with the same mean and covariance of x, and the normals that are linear in x and
-    /// differ least from the surface's. As much light falls on it as its vector area says.
+    /// The triangle with the same mean and covariance of x, and with normals that are the best linear fit to the
+    /// surface's. Its area is the length of the vector area, so that it receives the same flux.
     fn patch(&self, nearest: &Subtriangle, store: &TriangleStore) -> Patch {
         let (place, triangle, _) = nearest.triangle(store);
         let x = self.x / self.area;
@@ -373,7 +372,7 @@ impl Sums {
             sides[k] = deviation * unit;
             normal_changes[k] = crossed * unit / deviation;
         }
-        // Sides of a triangle whose covariance has these axes, its corners counter-clockwise.
+        // Edges of a triangle whose covariance has these axes, corners counter-clockwise.
         let edges = |v: [DVec3; 2]| {
             let (a, b) = (6f64.sqrt() * v[0], 18f64.sqrt() * v[1]);
             [a + b, b - a].map(|edge| edge.as_vec3())
@@ -383,7 +382,7 @@ impl Sums {
         }
         let [edge1, edge2] = edges(sides);
         let [normal_du, normal_dv] = edges(normal_changes);
-        // On the surface, where the rays to and from it start.
+        // A point on the surface, because rays start here.
         let [s, t] = (nearest.midpoints.iter().sum::<DVec2>() / 3.0)
             .as_vec2()
             .to_array();

@@ -1,5 +1,4 @@
-//! Division of weighted points into cells, as a k-d tree that always splits the cell of the largest
-//! weight × variance.
+//! Division of weighted points into cells by a k-d tree that always splits the cell with the largest weight × variance.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -12,9 +11,9 @@ pub struct Point<const N: usize> {
     pub weight: f64,
 }
 
-/// Divisions of the same points, each finer than the one before.
+/// Levels of cells over the same points, from coarse to fine.
 pub struct Cells {
-    /// Indices of points. Those of a cell are a range of these.
+    /// Indices of points. The points of a cell are a range of this list.
     pub order: Vec<u32>,
     pub levels: Vec<Vec<Range<usize>>>,
 }
@@ -25,7 +24,7 @@ impl Cells {
     }
 }
 
-/// Weight and, by dimension, mean and variance of some points.
+/// Total weight and, for each dimension, mean and variance of some points.
 pub struct Moments<const N: usize> {
     pub weight: f64,
     pub mean: [f64; N],
@@ -62,7 +61,7 @@ impl<const N: usize> Moments<N> {
 struct Cell {
     priority: f64,
     range: Range<usize>,
-    /// Dimension of the largest variance, and the mean there.
+    /// Dimension of the largest variance, and the mean in that dimension.
     axis: usize,
     mean: f64,
 }
@@ -79,15 +78,15 @@ impl PartialOrd for Cell {
     }
 }
 impl Ord for Cell {
-    /// Equal priorities in the order of the points, so that divisions do not depend on chance.
+    /// Cells of equal priority are ordered by position, so that the result is deterministic.
     fn cmp(&self, other: &Self) -> Ordering {
         (self.priority.total_cmp(&other.priority))
             .then_with(|| other.range.start.cmp(&self.range.start))
     }
 }
 
-/// Divides `points`, of which each of `roots` is a cell at first, into `counts` cells (rising), or
-/// as many as there are points that differ.
+/// Divides `points` into levels of `counts` cells (increasing), or as many as there are distinct points. Each of
+/// `roots` is a cell of the coarsest level.
 pub fn split<const N: usize>(
     points: &[Point<N>],
     roots: &[Range<usize>],
@@ -142,8 +141,8 @@ pub fn split<const N: usize>(
 mod tests {
     use super::*;
 
-    /// Every point is in one cell of each division, finer cells lie in coarser ones, and the heavy
-    /// half is divided more finely.
+    /// Every point is in one cell of each level, finer cells lie in coarser ones, and the heavy half is divided more
+    /// finely.
     #[test]
     fn cells_follow_the_weight() {
         let points: Vec<Point<2>> = (0..1000)

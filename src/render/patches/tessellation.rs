@@ -1,7 +1,7 @@
-//! The specular triangles that face a light, and how finely each is cut into patches.
+//! Tessellation: the casters' triangles that face a light, and the number of patches for each.
 //!
-//! How finely is settled once: what is attached to a surface and is cut alike at all times does not
-//! flicker when it moves.
+//! The number is fixed when the renderer is made: patches that stay attached to their surface do not flicker when the
+//! surface moves.
 
 use crate::error::{Error, Result};
 use crate::render::geometry::triangle_store::TriangleStore;
@@ -9,16 +9,16 @@ use crate::render::gpu_types;
 use crate::scene::{MaterialKind, Scene};
 use glam::Vec3;
 
-/// Pairs of patch and sun that 32 bits count, with room to round up.
+/// Maximum number of pairs of patch and light: within 32 bits, with a margin for rounding up.
 pub const MAX_PAIRS: u64 = 1 << 31;
 
-/// All specular triangles, object by object in the order of the meshes.
+/// All casters' triangles, object by object in the order of the meshes.
 pub struct Tessellation {
     triangles: Vec<CasterTriangle>,
     samples: u32,
 }
 
-/// Those that are lit.
+/// The triangles that are lit.
 pub struct Lit {
     pub lit_triangles: Vec<gpu_types::LitTriangle>,
     pub patch_count: u32,
@@ -28,21 +28,20 @@ pub struct Lit {
 
 struct CasterTriangle {
     object: u32,
-    /// Of its object's.
+    /// Index among its object's triangles.
     index: u32,
-    /// Patches along a side.
+    /// Patches along an edge.
     subdivision: u32,
-    /// Whether it throws light wherever it comes from.
+    /// Whether it is lit from every direction.
     always: bool,
 }
 
 impl Tessellation {
-    /// Cuts the triangles so that those that are lit now make about `samples` patches, one a
-    /// triangle at least.
+    /// Chooses the subdivision so that the triangles that are lit now have about `samples` patches, at least one each.
     ///
-    /// All triangles of an object are cut alike, as its mesh was made: where patch sizes jump, the
-    /// footprints' sum is uneven. Only a triangle of more than [`LARGE`] times the object's mean area
-    /// is cut more finely. `all_lit`: light comes from everywhere.
+    /// All triangles of an object have the same subdivision, because the sum of the footprints is uneven where patch
+    /// sizes jump. Only a triangle of more than [`LARGE`] times the object's mean area is divided more finely.
+    /// `all_lit`: light comes from all directions.
     pub fn new(
         scene: &Scene,
         store: &TriangleStore,
@@ -53,7 +52,7 @@ impl Tessellation {
         const LARGE: f64 = 4.0;
         let mut triangles = Vec::new();
         let mut areas = Vec::new();
-        // (area, triangles) of each object's: all, and those that are lit.
+        // Per object, (area, number) of all triangles and of the lit ones.
         let mut all = vec![(0.0, 0.0); scene.objects.len()];
         let mut lit = all.clone();
         for (index, object) in scene.specular_objects() {
@@ -91,16 +90,16 @@ impl Tessellation {
             let mean = sum / count;
             let patches = f64::from(samples) * mean / total;
             let finer = (area / (LARGE * mean)).sqrt().max(1.0);
-            // What has no area now counts once.
+            // A triangle without area has one patch.
             caster.subdivision = ((patches.sqrt().round().max(1.0) * finer).round() as u32).max(1);
         }
         Self { triangles, samples }
     }
 
-    /// Those that face a sun or a lamp.
+    /// The triangles that face a sun or a lamp.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there are more pairs of patch and sun than 32 bits count.
+    /// [`Error::Usage`] where there are more pairs of patch and light than 32 bits count.
     pub fn lit(&self, store: &TriangleStore, lights: &[gpu_types::Light]) -> Result<Lit> {
         let (mut patch_count, mut sum) = (0u64, 0.0);
         let mut areas = Vec::with_capacity(self.triangles.len());
@@ -117,7 +116,7 @@ impl Tessellation {
                 triangle,
                 first_patch: patch_count as u32,
                 subdivision: caster.subdivision,
-                share_end: 0, // known when all are
+                share_end: 0, // set below
             });
             patch_count += caster.patches();
             let pairs = patch_count.saturating_mul(lights.len().max(1) as u64);
@@ -132,7 +131,7 @@ impl Tessellation {
             }
         }
         for (lit_triangle, end) in lit_triangles.iter_mut().zip(areas) {
-            // Casts saturate: the last one ends at 2^32 - 1.
+            // Casts saturate: the last share ends at 2^32 - 1.
             lit_triangle.share_end = (end / sum * 2f64.powi(32)) as u32;
         }
         Ok(Lit {
@@ -154,7 +153,7 @@ impl CasterTriangle {
     }
 }
 
-/// Whether any part of any sun's disc may shine on the front of the triangle at this place.
+/// Whether any part of any light may shine on the front of the triangle at this index.
 fn faces_any(store: &TriangleStore, place: u32, lights: &[gpu_types::Light]) -> bool {
     let (triangle, normals) = (
         &store.triangles[place as usize],
@@ -163,9 +162,9 @@ fn faces_any(store: &TriangleStore, place: u32, lights: &[gpu_types::Light]) -> 
     lights.iter().any(|light| faces(triangle, normals, light))
 }
 
-/// Whether any part of a sun or lamp may shine on the triangle's front. n·(p − x), of a normal n and
-/// the way from x to the lamp's middle p, is a mean over pairs of corners, so that one of these is
-/// positive where any of the triangle's is.
+/// Whether any part of a sun or lamp may shine on the triangle's front. Let n be a normal and p − x the vector to the
+/// lamp's centre. n·(p − x) is a mean over pairs of corners, so one pair is positive where any point of the triangle
+/// is.
 fn faces(
     triangle: &gpu_types::Triangle,
     normals: &gpu_types::Normals,

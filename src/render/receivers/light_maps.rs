@@ -1,4 +1,4 @@
-//! The receivers and their light maps, which lie in one image, a tile each.
+//! The receivers and their light maps, which are tiles of one image.
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
@@ -10,7 +10,7 @@ use crate::scene::{Atlas, Scene};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// A receiver's part of the light-map image.
+/// A receiver's tile of the light-map image.
 #[derive(Debug, Clone, Copy)]
 pub struct Tile {
     /// Index into [`Scene::objects`].
@@ -22,28 +22,28 @@ pub struct Tile {
 }
 
 pub struct DeviceReceivers {
-    /// Those of planar receivers, then those of meshes.
+    /// Tiles of the planar receivers, then of the mesh receivers.
     pub tiles: Vec<Tile>,
     pub planar_count: u32,
     /// Size of the light-map image, texels.
     pub image_size: [u32; 2],
-    /// Layouts of the mesh receivers, by object.
+    /// Atlases of the mesh receivers, indexed by object.
     pub atlases: Vec<Option<Atlas>>,
     pub planar: Buffer,
     pub mesh: Buffer,
     pub atlas_texels: Buffer,
     pub atlas_samples: Buffer,
     pub atlas_nodes: Buffer,
-    /// What the buffer `planar` holds.
+    /// Contents of the buffer `planar`.
     pub planar_now: Vec<PlanarReceiver>,
 }
 
 impl DeviceReceivers {
-    /// `atlases` are those of [`crate::render::receivers::mesh::atlases`].
+    /// `atlases` come from [`crate::render::receivers::mesh::atlases`].
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is nothing to light or the light maps do not fit, [`Error::Device`] where the
-    /// device's memory does not suffice.
+    /// [`Error::Usage`] where there is nothing to light or the light maps do not fit, [`Error::Device`] if device
+    /// memory is insufficient.
     pub fn new(context: &Arc<Context>, scene: &Scene, atlases: Vec<Option<Atlas>>) -> Result<Self> {
         let (tiles, image_size) = pack(scene, context.max_image_side())?;
         let planar_count = scene.receivers().count();
@@ -110,7 +110,7 @@ impl DeviceReceivers {
         &self.tiles[self.planar_count as usize..]
     }
 
-    /// The receiver of a tile: its index among those of its kind, and whether it is a mesh.
+    /// The receiver of a tile: the index among the receivers of its kind, and whether it is a mesh.
     pub fn of_tile(&self, tile: usize) -> (u32, bool) {
         match tile.checked_sub(self.planar_count as usize) {
             Some(mesh) => (mesh as u32, true),
@@ -118,29 +118,29 @@ impl DeviceReceivers {
         }
     }
 
-    /// That of an object, if it is a receiver.
+    /// The same for an object, if it is a receiver.
     pub fn of_object(&self, object: usize) -> Option<(u32, bool)> {
         let tile = self.tiles.iter().position(|tile| tile.object == object)?;
         Some(self.of_tile(tile))
     }
 
-    /// Sides that all light maps fit into, texels.
+    /// Size that contains every light map, texels.
     pub fn largest_light_map(&self) -> [u32; 2] {
         [0, 1].map(|axis| (self.tiles.iter().map(|tile| tile.size[axis]).max()).unwrap_or(1))
     }
 
-    /// Texels of the largest light map.
+    /// Number of texels of the largest light map.
     pub fn max_texels(&self) -> u64 {
         (self.tiles.iter().map(|tile| texel_count(tile.size)).max()).unwrap_or(1)
     }
 
-    /// Workgroups that cover all receivers' light maps.
+    /// Number of workgroups that cover all receivers' light maps.
     pub fn group_count(&self) -> u64 {
         self.tiles.iter().map(|tile| group_count(tile.size)).sum()
     }
 
-    /// The tile with workgroup number `first` of all receivers', and the part of it that begins there and has at most
-    /// `most` workgroups.
+    /// The tile that contains workgroup `first` of all receivers, and the rectangle of the tile that starts there and
+    /// has at most `max_groups` workgroups.
     pub fn group_rect(&self, mut first: u64, max_groups: u64) -> (usize, GroupRect) {
         for (index, tile) in self.tiles.iter().enumerate() {
             let count = group_count(tile.size);
@@ -157,10 +157,10 @@ fn texel_count([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// The coarsest level of any light map; as in receiver.glsl.
+/// The coarsest level of any light map; same constant as in planar_receiver.glsl.
 pub const MAX_LEVEL: u32 = 5;
 
-/// The coarsest level of a light map that footprints are splatted into; as in receiver.glsl.
+/// The coarsest level of a light map of this size; same function as in planar_receiver.glsl.
 fn coarsest_level(size: [u32; 2]) -> u32 {
     const MIN_COARSE_SIDE: u32 = 16;
     (size[0].min(size[1]) / MIN_COARSE_SIDE)
@@ -169,8 +169,8 @@ fn coarsest_level(size: [u32; 2]) -> u32 {
         .min(MAX_LEVEL)
 }
 
-/// Texels of a light map together with the coarser levels beside it, one below the other. They
-/// are together no higher than itself.
+/// Size of a light map with the coarser levels beside it, one below the other. Together they are no higher than the
+/// light map.
 fn padded(size: [u32; 2]) -> [u32; 2] {
     match coarsest_level(size) {
         0 => size,
@@ -178,7 +178,7 @@ fn padded(size: [u32; 2]) -> [u32; 2] {
     }
 }
 
-/// Places the receivers' light maps in columns.
+/// Packs the receivers' light maps in columns.
 fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     let mut tiles: Vec<Tile> = Vec::new();
     let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
@@ -195,10 +195,7 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
                     "a light map of {}×{} texels is too large for the device",
                     size[0], size[1]
                 ),
-                remedy: format!(
-                    "ask for at most {} texels a side",
-                    max_side / 3 * 2 - 2
-                ),
+                remedy: format!("ask for at most {} texels a side", max_side / 3 * 2 - 2),
             });
         }
         if y + padded[1] > max_side {

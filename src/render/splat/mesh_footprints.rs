@@ -1,4 +1,5 @@
-//! Mesh footprints: the image of a light in a patch on a mesh receiver, as a kernel that finds its texels in space.
+//! Mesh footprints: kernels that represent the images of lights by patches on mesh receivers. A kernel finds its texels
+//! by their positions in space.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Resource, shaders};
@@ -9,7 +10,7 @@ use crate::render::splat::kernel_profiles::{CLUSTER_SPREAD, SPREAD};
 use crate::render::splat::projector::{Description, Passes, Projector};
 use std::sync::Arc;
 
-/// Of a patch on a receiver by one lobe; as in curved.comp.
+/// Footprints of a patch on a receiver for one lobe; same constant as in mesh_footprint.comp.
 const SLOTS: u32 = 32;
 
 /// # Errors

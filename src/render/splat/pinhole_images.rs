@@ -1,4 +1,5 @@
-//! Pinhole images: a cell of the environment imaged by a patch cluster onto a planar receiver, with its edges.
+//! Pinhole images: the image of an environment cell, with sharp or blurred edges, by a patch cluster on a planar
+//! receiver.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, shaders};
@@ -22,7 +23,7 @@ pub fn pinhole_images(
         shader: &shaders::PINHOLE_IMAGE_COMP,
         splats: "pinhole_images",
         splat_bytes: size_of::<PinholeImage>(),
-        // Transparent surfaces have two sides.
+        // Dielectrics project from both sides.
         slots: scene.casters.lobes * scene.planar_targets(),
         draw: [&shaders::PINHOLE_IMAGE_VERT, &shaders::PINHOLE_IMAGE_FRAG],
         draw_reads: &[],

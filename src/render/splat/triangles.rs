@@ -1,5 +1,5 @@
-//! Triangles: a patch carried along its corners' outgoing rays to a planar receiver, as a triangle of constant
-//! irradiance. Most renderings of water do that, and it is right for lights that blur much less than a texel.
+//! Triangles: a patch projected along its corners' outgoing rays onto a planar receiver, as a triangle of constant
+//! irradiance. Most renderings of water use this method. It is accurate for lights that blur much less than a texel.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, shaders};

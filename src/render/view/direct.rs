@@ -1,4 +1,4 @@
-//! direct: light that reaches the receivers without a mirror.
+//! direct: light that reaches the receivers without meeting a caster.
 
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
@@ -7,7 +7,7 @@ use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::DirectPush;
 use std::sync::Arc;
 
-/// Of a texel, to each sun and to the environment; the constants of direct.comp.
+/// Rays per texel to each light and to the environment; the same constants as in direct.comp.
 const LIGHT_RAYS: u64 = 16;
 const ENVIRONMENT_RAYS: u64 = 64;
 
@@ -22,7 +22,7 @@ impl Direct {
         Ok(Self { pipeline })
     }
 
-    /// Rays of a texel. `with_suns` as for [`Direct::record`].
+    /// Rays per texel. `with_lights` as for [`Direct::record`].
     pub fn rays(scene: &DeviceScene, with_lights: bool) -> u64 {
         let lights = if with_lights {
             scene.lights.scene_count
@@ -32,8 +32,8 @@ impl Direct {
         LIGHT_RAYS * u64::from(lights) + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present)
     }
 
-    /// Irradiance of a part of a receiver from the environment, and from the suns where
-    /// `with_suns` (the view shades those itself, more sharply).
+    /// Records the irradiance of a rectangle of a receiver from the environment, and from suns and lamps if
+    /// `with_lights`. The view shades suns and lamps itself, with sharper shadows.
     pub fn record(
         &self,
         recorder: &mut Recorder,
