@@ -84,14 +84,14 @@ LightBeam cluster_beam(Patch patch_, Light light, LightDisc disc, float eta) {
 // The beam of a patch. Returns false where the rays from the midpoints diverge too much.
 bool beam_of(Patch patch_, Light light, LightDisc disc, float eta, out LightBeam beam) {
     vec3 from[3];
-    vec3 path[3];
+    vec3 directions[3];
     vec3 sum = vec3(0.0);
     for (int i = 0; i < 3; i++) {
         vec2 st = MIDPOINTS[i];
         from[i] = st.x * patch_.edge1 + st.y * patch_.edge2;
         vec3 n = normalize(patch_.normal + st.x * patch_.normal_du + st.y * patch_.normal_dv);
-        path[i] = outgoing_direction(disc_at(light, patch_.position + from[i]).direction, n, eta);
-        sum += path[i];
+        directions[i] = outgoing_direction(disc_at(light, patch_.position + from[i]).direction, n, eta);
+        sum += directions[i];
     }
     beam.start = patch_.position;
     beam.direction = normalize(sum);
@@ -101,9 +101,9 @@ bool beam_of(Patch patch_, Light light, LightDisc disc, float eta, out LightBeam
     vec2 slope[3];
     beam.middle = beam.drift = vec2(0.0);
     for (int i = 0; i < 3; i++) {
-        float forward = dot(path[i], beam.direction);
+        float forward = dot(directions[i], beam.direction);
         if (!(forward > 0.2)) return false;
-        slope[i] = path[i] * across / forward;
+        slope[i] = directions[i] * across / forward;
         at[i] = from[i] * across - slope[i] * dot(from[i], beam.direction);
         beam.middle += at[i] / 3.0;
         beam.drift += slope[i] / 3.0;
@@ -142,11 +142,11 @@ float growth_at(LightBeam beam, float s) {
 // Whether light may fall on a node. False only if some line separates the beam, out to the `support` of its kernel,
 // from the node's sphere. The variance is convex in s, so its ends bound it.
 bool may_light(LightBeam beam, AtlasNode node, float support) {
-    vec3 path = node.centre - beam.start;
-    float s = dot(path, beam.direction);
+    vec3 to_node = node.centre - beam.start;
+    float s = dot(to_node, beam.direction);
     bool lit = node.radius >= 0.0 && s + node.radius > 0.0 && dot(node.axis, beam.direction) < node.sine;
     if (!lit) return false;
-    vec2 off = path * mat2x3(beam.a, beam.b) - beam.middle - s * beam.drift;
+    vec2 off = to_node * mat2x3(beam.a, beam.b) - beam.middle - s * beam.drift;
     float distance_ = length(off);
     if (distance_ <= node.radius) return true;
     vec2 u = off / distance_;
@@ -270,10 +270,10 @@ void main() {
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 LightBeam beam;
                 if (flux[lobe] == vec3(0.0)) continue;
-                float path = lobe == 0 ? 0.0 : eta;
+                float lobe_eta = lobe == 0 ? 0.0 : eta;
                 if (push.clustered != 0) {
-                    beam = cluster_beam(patch_, light, disc, path);
-                } else if (!beam_of(patch_, light, disc, path, beam)) {
+                    beam = cluster_beam(patch_, light, disc, lobe_eta);
+                } else if (!beam_of(patch_, light, disc, lobe_eta, beam)) {
                     continue;
                 }
                 vec3 at = vec3(0.0);

@@ -58,7 +58,7 @@ Patch clipped_patch(Patch patch_, PlanarReceiver receiver) {
     }
     p -= corner;
     q -= corner;
-    // Of the tip, in p and q: the lengths of the edges, the area's share, and the moments about the corner.
+    // Edge lengths, share of the area, and moments about the corner of the tip, in the basis p and q.
     vec2 ab = heights.x / (heights.x - heights.yz);
     float share = ab.x * ab.y;
     vec2 mean = share * ab / 3.0;

@@ -136,7 +136,7 @@ impl DeviceScene {
     /// [`Error::Device`] where the driver refuses.
     ///
     /// # Panics
-    /// Where `shader` does not name one of `own`: a programmer's mistake.
+    /// If `shader` does not name one of `own`, a programming error.
     pub fn compute(
         &self,
         context: &Arc<Context>,

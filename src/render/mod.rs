@@ -40,7 +40,7 @@ use ash::vk;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// What a frame shall contain.
+/// The contents of a frame.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     /// The present scene. Positions, sizes, directions and colours may differ from the last frame; the structure may
@@ -50,7 +50,7 @@ pub struct Frame<'a> {
     pub direct: bool,
 }
 
-/// Where a recorded frame leaves its results. The handles stay valid until the renderer is dropped.
+/// The results of a recorded frame. The handles stay valid until the renderer is dropped.
 #[derive(Debug, Clone, Copy)]
 pub struct Output<'a> {
     /// Caustic irradiance of all receivers, W/m² in linear RGB, one tile each; alpha is undefined.
@@ -289,7 +289,7 @@ impl Renderer {
             .map(Some)
     }
 
-    /// From now on submits every pass separately, so that [`Renderer::take_times`] returns wall times.
+    /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
     pub fn wait_each_pass(&mut self, wait: bool) {
         self.recorder.wait_each_pass(wait);
     }
@@ -304,7 +304,7 @@ impl Renderer {
         self.recorder.submissions()
     }
 
-    /// From now on calls `watcher` after every submission, so that long work can be shown and cancelled.
+    /// Calls `watcher` after every submission from now on, so that long work can be shown and cancelled.
     pub fn watch(&mut self, watcher: Option<Watcher>) {
         self.recorder.watch(watcher);
     }
@@ -389,7 +389,7 @@ impl Renderer {
     /// [`Error::Device`] where the device fails.
     ///
     /// # Panics
-    /// Where there was no view.
+    /// If no view was rendered.
     pub fn read_view(&self) -> Result<RgbImage> {
         let view = &self.shade.as_ref().expect("a view was rendered").view;
         read(view, [0, 0], [view.width, view.height])

@@ -1,6 +1,6 @@
-//! What to compute and how finely.
+//! The settings of a renderer: method, resolution and options.
 
-/// How the caustic is computed.
+/// The method that computes the caustic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
@@ -17,7 +17,7 @@ pub enum Method {
 impl Method {
     pub const ALL: [Self; 4] = [Self::Footprint, Self::Pinhole, Self::Points, Self::Beams];
 
-    /// In reports and on the command line.
+    /// The name in reports and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Footprint => "footprint",
@@ -42,7 +42,7 @@ pub enum Area {
 impl Area {
     pub const ALL: [Self; 2] = [Self::True, Self::Product];
 
-    /// In reports and on the command line.
+    /// The name in reports and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::True => "true",
@@ -51,7 +51,7 @@ impl Area {
     }
 }
 
-/// What to compute and how finely.
+/// Method, resolution and options.
 #[derive(Debug, Clone)]
 pub struct Settings {
     pub method: Method,

@@ -20,7 +20,7 @@ pub struct DeviceEnvironment {
     pub pairs: Option<CellPatchPairs>,
 }
 
-/// What other parts of the scene need to know about an update.
+/// The changes that other parts of the scene depend on.
 pub struct Changed {
     /// Cells of the environment that are bright and small, and act as suns.
     pub suns: Vec<Light>,
