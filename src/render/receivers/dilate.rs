@@ -24,7 +24,7 @@ impl Dilate {
     /// Records the dilation of some rows of a mesh receiver's light map.
     pub fn record(&self, recorder: &mut Recorder, receiver: u32, width: u32, rows: Range<u32>) {
         let push = DilatePush {
-            receiver: receiver,
+            receiver,
             first_row: rows.start,
         };
         recorder.dispatch(&self.pipeline, &push, [width, rows.end - rows.start, 1]);
