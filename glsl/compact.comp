@@ -1,28 +1,28 @@
-// compact: lists the quads of the slots that a projector filled, in their order, and writes how many there are to
-// draw.
+// compact: lists the quads of the slots that a projector filled, in the order of the pairs, and writes the arguments of
+// the draw.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 const uint GROUP = 64;
-// Pairs of a thread: sums within a group are what costs, so there are few groups.
+// Pairs per thread. The sums within a group dominate the cost, so there are few groups.
 const uint PAIRS = 8;
-// Of a quad's two triangles.
+// Corners of a quad's two triangles.
 const uint CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
-layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
-layout(std430, binding = 2) writeonly buffer Quads { uint quads[]; }; // indices of splat's vertices
-// VkDrawIndexedIndirectCommand, then the numbers of footprints and of lit pairs of all batches of the frame
+layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; }; // splats, lit pairs
+layout(std430, binding = 2) writeonly buffer Quads { uint quads[]; }; // index buffer of the draw
+// VkDrawIndexedIndirectCommand, then the numbers of splats and of lit pairs in all batches of the frame.
 layout(std430, binding = 3) buffer Arguments { uint arguments[7]; };
 layout(push_constant) uniform CompactPush {
     uint pair_count;
-    uint slots;          // of a pair
+    uint slots;          // slots per pair
 } push;
 
 shared uvec2 sums[GROUP];
 
-// Sum of all threads' values before this one's (Hillis & Steele 1986); all in `total`.
+// Sum of the values of all threads before this one (Hillis & Steele 1986); `total` is the sum over all threads.
 uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
     uint i = gl_LocalInvocationIndex;
     sums[i] = value;
@@ -40,7 +40,7 @@ uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
 }
 
 void main() {
-    // What the pairs before this group's have; project counted them in groups of 64.
+    // Sums over the pairs of the preceding groups. The projector counted the pairs in groups of 64.
     uvec2 part = uvec2(0);
     for (uint group = gl_LocalInvocationIndex; group < gl_WorkGroupID.x * PAIRS; group += GROUP) part += group_counts[group];
     uvec2 before, here;

@@ -1,24 +1,24 @@
-// dilate: texels around the charts of a curved receiver get what the nearest one in a chart has, so
-// that look-ups between texels stay within the chart.
+// dilate: texels around a mesh receiver's charts copy the nearest texel of a chart, so that interpolated look-ups at
+// the edge of a chart stay valid.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 0) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 0) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 1) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
 layout(binding = 2, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform DilatePush {
-    uint curved;         // index
+    uint receiver;       // index among the mesh receivers
     uint first_row;
 } push;
 
 void main() {
-    Curved receiver = curved[push.curved];
+    MeshReceiver receiver = mesh_receivers[push.receiver];
     uvec2 texel = gl_GlobalInvocationID.xy + uvec2(0, push.first_row);
     if (texel.x >= receiver.width || texel.y >= receiver.height) return;
     AtlasTexel own = atlas_texels[receiver.first_texel + texel.y * receiver.width + texel.x];
-    // Sources are in charts, so none is written.
+    // Sources lie in charts, so no source is written.
     if (own.area > 0.0 || own.source == NO_TEXEL) return;
     uvec2 tile = uvec2(receiver.tile_x, receiver.tile_y);
     uvec2 source = uvec2(own.source % receiver.width, own.source / receiver.width);

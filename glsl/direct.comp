@@ -1,52 +1,52 @@
-// direct: light that reaches the receivers without a mirror, averaged over the texels.
+// direct: light that reaches the receivers without meeting a caster, averaged over the texels.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 2) readonly buffer Suns { Light suns[]; };
-layout(std430, binding = 3) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 2) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 3) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
 layout(binding = 4) uniform sampler2D environment;
 layout(binding = 5, rgba32f) uniform writeonly image2D direct_map;
-layout(std430, binding = 6) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 6) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 7) readonly buffer AtlasSamples_ { AtlasSamples atlas_samples[]; };
 layout(push_constant) uniform DirectPush {
-    uvec2 first;         // texel of this part of the receiver's tile
+    uvec2 first;         // first texel of this rectangle in the receiver's tile
     uint receiver;
-    uint triangle;       // one of the receiver's
-    uint sun_count;      // 0 leaves the suns out
+    uint triangle;       // one of the receiver's triangles
+    uint light_count;      // 0: the environment only
     uint has_environment;
     float rotation;
-    uint is_curved;      // 1: the receiver is a mesh
+    uint is_mesh;      // 1: the receiver is a mesh
 } push;
 
 #include "trace.glsl"
-#include "sun.glsl"
+#include "light.glsl"
 #include "optics.glsl"
-#include "receiver.glsl"
-#include "samples.glsl"
+#include "planar_receiver.glsl"
+#include "atlas_samples.glsl"
 #include "sampling.glsl"
 #include "environment.glsl"
 #include "lighting.glsl"
 
-// Points of a texel, each with its own ray to each sun.
+// A texel has SIDE^2 points, each with its own ray to each sun and lamp.
 const uint SIDE = 4;
 const uint ENVIRONMENT_RAYS = 64;
 
-// Irradiance of a texel of a curved receiver: the mean over the points of its quarters, which share the
-// rays. Where one is empty, the next one takes its part.
-vec3 on_curved(AtlasSamples points) {
+// Irradiance of a mesh receiver's texel: the mean over the points of its quarters, which share the rays. The next
+// quarter replaces an empty one.
+vec3 mesh_irradiance(AtlasSamples points) {
     vec3 sum = vec3(0.0);
     for (uint part = 0; part < 4; part++) {
         uint quarter = part;
         for (uint i = 0; i < 3 && points.triangles[quarter] == NO_TRIANGLE; i++) quarter = (quarter + 1) % 4;
         uint self = points.triangles[quarter];
         if (self == NO_TRIANGLE) return vec3(0.0);
-        vec3 x = point_of(points, int(quarter));
+        vec3 x = sample_point(points, int(quarter));
         vec3 n = normalize(cross(triangles[self].edge1, triangles[self].edge2));
-        for (uint sun = 0; sun < push.sun_count; sun++) sum += direct_sun(sun, x, n, self, part, SIDE, 4) / 4.0;
+        for (uint light = 0; light < push.light_count; light++) sum += direct_light(light, x, n, self, part, SIDE, 4) / 4.0;
         if (push.has_environment != 0) {
             sum += direct_environment(x, n, self, part, 4, ENVIRONMENT_RAYS, push.rotation) / 4.0;
         }
@@ -55,15 +55,15 @@ vec3 on_curved(AtlasSamples points) {
 }
 
 void main() {
-    if (push.is_curved != 0) {
-        Curved receiver = curved[push.receiver];
+    if (push.is_mesh != 0) {
+        MeshReceiver receiver = mesh_receivers[push.receiver];
         uvec2 texel = push.first + gl_GlobalInvocationID.xy;
         if (texel.x >= receiver.width || texel.y >= receiver.height) return;
-        vec3 found = on_curved(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width]);
+        vec3 found = mesh_irradiance(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width]);
         imageStore(direct_map, ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y)), vec4(found, 0.0));
         return;
     }
-    Receiver receiver = receivers[push.receiver];
+    PlanarReceiver receiver = planar_receivers[push.receiver];
     uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= receiver.width || texel.y >= receiver.height) return;
     uvec2 place = texel + uvec2(receiver.tile_x, receiver.tile_y);
@@ -74,8 +74,8 @@ void main() {
         vec3 x = from_texels(receiver, vec2(place) + within);
         // 7 i mod 16 spreads neighbouring points over the disc.
         uint ray = 7 * i % (SIDE * SIDE);
-        for (uint sun = 0; sun < push.sun_count; sun++) {
-            sum += direct_sun(sun, x, n, push.triangle, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
+        for (uint light = 0; light < push.light_count; light++) {
+            sum += direct_light(light, x, n, push.triangle, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
         }
     }
     if (push.has_environment != 0) {

@@ -1,30 +1,30 @@
-// levels: how much resolve has to add, by the levels that footprints went to.
+// levels: finds the levels that contain footprints, and writes the dispatch sizes of resolve.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 1) in;
-layout(std430, binding = 0) readonly buffer Receivers { Receiver receivers[]; };
-layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
-// VkDispatchIndirectCommand by the level that is added to
+layout(std430, binding = 0) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
+// One VkDispatchIndirectCommand per level that resolve adds to.
 layout(std430, binding = 2) writeonly buffer Steps { uint steps[]; };
 layout(push_constant) uniform LevelsPush {
     uint receiver_count;
-    uint rows;           // of a step of resolve, at most
+    uint rows;           // maximum number of rows in one step of resolve
 } push;
 
-#include "receiver.glsl"
+#include "planar_receiver.glsl"
 
-const uint GROUP = 64; // threads of resolve
+const uint GROUP = 64; // workgroup size of resolve.comp
 
 void main() {
     uint used = 0;
     uvec2 largest = uvec2(0);
     for (uint i = 0; i < push.receiver_count; i++) {
         used |= coarse[i];
-        largest = max(largest, uvec2(receivers[i].width, receivers[i].height));
+        largest = max(largest, uvec2(planar_receivers[i].width, planar_receivers[i].height));
     }
-    for (int level = 0; level < COARSEST; level++) {
+    for (int level = 0; level < MAX_LEVEL; level++) {
         uvec2 threads = ((largest - 1) >> level) + 3;
         bool needed = used >> (level + 1) != 0;
         steps[3 * level] = needed ? (threads.x + GROUP - 1) / GROUP : 0;

@@ -1,67 +1,67 @@
-// points: the plain baseline. Low-discrepancy points on the mirrors and in the suns' discs,
-// each traced to the receivers and added to one texel.
+// points: the simple baseline. Low-discrepancy points on the casters and in the lights' discs; each point is traced to
+// the receivers and added to one texel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
 layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Suns { Light suns[]; };
-layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
-layout(std430, binding = 6) readonly buffer Reflectors { Reflector reflectors[]; };
+layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+layout(std430, binding = 6) readonly buffer LitTriangles { LitTriangle lit_triangles[]; };
 layout(std430, binding = 7) writeonly buffer PointSplats { PointSplat splats[]; };
-layout(std430, binding = 8) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 8) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 9) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
 layout(push_constant) uniform PointsPush {
-    uint first_point;   // of this batch
+    uint first_point;   // first point of this batch
     uint batch_points;
-    uint points;        // of each sun, over all batches
-    uint reflector_count;
-    uint receiver_count; // rects
-    uint curved_count;
-    uint lobes;         // 1: mirrored light; 2: and refracted light
-    uint trace;
-    float area;         // of all reflectors, m^2
+    uint points;        // points for each light, over all batches
+    uint lit_triangle_count;
+    uint receiver_count; // planar receivers
+    uint mesh_receiver_count;
+    uint lobes;         // 1: reflected light; 2: also refracted light
+    uint can_occlude;
+    float area;         // total area of the lit triangles, m^2
 } push;
 
 #include "trace.glsl"
-#include "sun.glsl"
+#include "light.glsl"
 #include "optics.glsl"
-#include "receiver.glsl"
-#include "curved.glsl"
+#include "planar_receiver.glsl"
+#include "mesh_receiver.glsl"
 #include "sampling.glsl"
 
-// Fractions of the integer multiples of 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1: the additive
-// recurrence of lowest discrepancy in five dimensions (Roberts 2018), in units of 2^-32.
+// Additive recurrence of lowest discrepancy in five dimensions (Roberts 2018): fractional parts of the multiples of
+// 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1, in units of 2^-32.
 const uint STEPS[5] = uint[](3785032107u, 3335640777u, 2939605023u, 2590590015u, 2283013049u);
 
 uint fraction(uint point, int dimension) {
     return 0x80000000u + point * STEPS[dimension];
 }
 
-// 24 bits: what a float in [0, 1) holds.
+// The upper 24 bits, which a float in [0, 1) holds exactly.
 float coordinate(uint point, int dimension) {
     return float(fraction(point, dimension) >> 8) / 16777216.0;
 }
 
-// What `flux` in W makes of a texel of the curved receiver that a ray meets first, if any.
-bool on_curved(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat) {
-    Hit hit = nearest(x, r, self, BLOCKS | IS_CURVED);
+// Splats `flux`, W, onto the texel of the mesh receiver that a ray meets first. Returns false where the ray meets none.
+bool project_to_mesh(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat) {
+    Hit hit = nearest(x, r, self, OCCLUDES | IS_MESH_RECEIVER);
     if (hit.triangle == NO_TRIANGLE) return false;
     Triangle triangle = triangles[hit.triangle];
     bool front = dot(cross(triangle.edge1, triangle.edge2), r) < 0.0;
-    if (!front || (triangle.blocks & IS_CURVED) == 0) return false;
-    Curved receiver = curved[objects[triangle.object].receiver];
+    if (!front || (triangle.flags & IS_MESH_RECEIVER) == 0) return false;
+    MeshReceiver receiver = mesh_receivers[objects[triangle.object].receiver];
     uvec2 size = uvec2(receiver.width, receiver.height);
-    vec2 place = place_of(receiver, normals[hit.triangle], hit.barycentric);
+    vec2 place = light_map_position(receiver, normals[hit.triangle], hit.barycentric);
     uvec2 texel = min(uvec2(max(place, vec2(0.0))), size - 1);
     uint index = texel.x + texel.y * size.x;
     AtlasTexel own = atlas_texels[receiver.first_texel + index];
     if (own.area == 0.0) {
-        // Off by rounding.
+        // Rounding moved the point out of its chart.
         if (own.source == NO_TEXEL) return false;
         index = own.source;
         own = atlas_texels[receiver.first_texel + index];
@@ -76,60 +76,60 @@ void main() {
     if (local >= push.batch_points) return;
     uint global = push.first_point + local;
     uint point = global % push.points;
-    Light light = suns[global / push.points];
-    // Of each way: the rects, then the nearest mesh.
-    uint ways = push.receiver_count + min(push.curved_count, 1);
-    uint targets = push.lobes * ways;
+    Light light = lights[global / push.points];
+    // Targets of each lobe: the planar receivers, then the nearest mesh.
+    uint targets_per_lobe = push.receiver_count + min(push.mesh_receiver_count, 1);
+    uint targets = push.lobes * targets_per_lobe;
     for (uint i = 0; i < targets; i++) splats[local * targets + i].texel = NO_TEXEL;
 
-    // A triangle in proportion to its area. In integers, so that the scene's size changes none.
+    // Chooses a triangle in proportion to its area. Integers make the choice independent of the scene's scale.
     uint place = fraction(point, 0);
-    uint low = 0, high = push.reflector_count - 1;
+    uint low = 0, high = push.lit_triangle_count - 1;
     while (low < high) {
         uint half_way = (low + high) / 2;
-        if (reflectors[half_way].share_end > place) high = half_way; else low = half_way + 1;
+        if (lit_triangles[half_way].share_end > place) high = half_way; else low = half_way + 1;
     }
-    uint self = reflectors[low].triangle;
+    uint self = lit_triangles[low].triangle;
     Triangle triangle = triangles[self];
     Normals corner = normals[self];
-    // Even over the triangle (Heitz 2019).
+    // Uniform point of the triangle (Heitz 2019).
     vec2 w = vec2(coordinate(point, 1), coordinate(point, 2));
     w = w.x < w.y ? vec2(0.5 * w.x, w.y - 0.5 * w.x) : vec2(w.x - 0.5 * w.y, 0.5 * w.y);
     vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
     vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
     float angle = 2.0 * PI * coordinate(point, 4);
     vec2 in_disc = sqrt(coordinate(point, 3)) * vec2(cos(angle), sin(angle));
-    Sun sun = sun_at(light, x);
-    vec3 s = sun_direction(sun, in_disc);
+    LightDisc disc = disc_at(light, x);
+    vec3 s = disc_direction(disc, in_disc);
 
     vec3 geometric = cross(triangle.edge1, triangle.edge2);
     Object object = objects[triangle.object];
     bool front = dot(geometric, s) >= 0.0;
-    float ratio = ratio_of(object, front);
-    if (ratio > 0.0 && !front) {
+    float eta = eta_of(object, front);
+    if (eta > 0.0 && !front) {
         geometric = -geometric;
         n = -n;
     }
     float cosine = dot(n, s);
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
-    vec3 share = reflected_share(object, cosine, ratio);
-    vec3 arriving = light.power * (sun_weight(sun, s) * cosine * push.area / float(push.points));
+    vec3 share = reflected_share(object, cosine, eta);
+    vec3 arriving = light.power * (disc_weight(disc, s) * cosine * push.area / float(push.points));
     bool lit = false;
     for (uint target = 0; target < targets; target++) {
-        bool refracts = target >= ways;
-        if (refracts && ratio == 0.0) return;
-        vec3 r = sent(s, n, refracts ? ratio : 0.0);
+        bool refracts = target >= targets_per_lobe;
+        if (refracts && eta == 0.0) return;
+        vec3 r = outgoing_direction(s, n, refracts ? eta : 0.0);
         vec3 flux = arriving * (refracts ? 1.0 - share : share);
         if (!(dot(geometric, r) * (refracts ? -1.0 : 1.0) > 0.0)) continue;
-        if (target % ways == push.receiver_count) {
+        if (target % targets_per_lobe == push.receiver_count) {
             PointSplat splat;
-            if (!on_curved(x, r, self, flux, splat)) continue;
-            if (push.trace != 0 && !lit && occluded(x, s, way_to(light, x, s), self)) return;
+            if (!project_to_mesh(x, r, self, flux, splat)) continue;
+            if (push.can_occlude != 0 && !lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
             lit = true;
             splats[local * targets + target] = splat;
             continue;
         }
-        Receiver receiver = receivers[target % ways];
+        PlanarReceiver receiver = planar_receivers[target % targets_per_lobe];
         float along = dot(r, receiver.normal);
         float away = dot(receiver.origin - x, receiver.normal);
         if (along >= 0.0 || away >= 0.0) continue;
@@ -137,10 +137,10 @@ void main() {
         vec2 texel = floor(to_texels(receiver, hit));
         vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
         if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) continue;
-        if (push.trace != 0) {
-            if (!lit && occluded(x, s, way_to(light, x, s), self)) return;
+        if (push.can_occlude != 0) {
+            if (!lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
             lit = true;
-            if (occluded(x, hit - x, ALMOST, self)) continue;
+            if (occluded(x, hit - x, SHADOW_RAY_END, self)) continue;
         }
         splats[local * targets + target] =
             PointSplat(flux / texel_area(receiver), uint(texel.x) | uint(texel.y) << 16);

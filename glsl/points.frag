@@ -1,4 +1,4 @@
-// points: the flux of one point over the texel's area.
+// points: writes a point's flux over the texel's area.
 #version 460
 
 layout(location = 0) in flat vec3 irradiance;

@@ -1,30 +1,30 @@
-// resolve: adds the coarser levels of the light maps to the next finer one, interpolated.
-// Bilinear steps one after the other are nearly a quadratic B-spline.
+// resolve: adds each coarser level of the light maps to the next finer one, interpolated. Repeated bilinear steps
+// approximate a quadratic B-spline.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Receivers { Receiver receivers[]; };
-layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // by receiver: bit l for footprints in level l
+layout(std430, binding = 0) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
 layout(binding = 2, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform ResolvePush {
-    int level;           // that is added to
-    int first_row;       // of it, the texels around it included
+    int level;           // level that is added to
+    int first_row;       // first row of this step, counted with the border
 } push;
 
-#include "receiver.glsl"
+#include "planar_receiver.glsl"
 
 void main() {
     uint index = gl_GlobalInvocationID.z;
     if (coarse[index] >> (push.level + 1) == 0) return;
-    Level fine = level_of(receivers[index], push.level);
-    Level wide = level_of(receivers[index], push.level + 1);
+    Level fine = level_of(planar_receivers[index], push.level);
+    Level wide = level_of(planar_receivers[index], push.level + 1);
     int around = push.level > 0 ? 1 : 0;
     ivec2 size = fine.size + 2 * around;
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first_row) - around;
     if (any(greaterThanEqual(texel, size - around))) return;
-    // Three quarters of the texel that this one lies in, a quarter of the nearest beside it.
+    // Weight 3/4 for the coarse texel that contains this one, and 1/4 for its nearest neighbour, on each axis.
     ivec2 near = texel >> 1;
     ivec2 next = near + 2 * (texel & 1) - 1;
     vec4 row = 0.75 * imageLoad(light_map, wide.origin + near)

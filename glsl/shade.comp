@@ -1,66 +1,66 @@
-// shade: the camera's view. Diffuse surfaces show direct light, and the light map where they have
-// one; mirrors show what they reflect, and transparent surfaces also what lies beyond.
+// shade: the camera's view. Diffuse surfaces show direct light, and caustics where they have a light map. Mirrors show
+// reflections; dielectrics also show what is behind them.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
 layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
 layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Suns { Light suns[]; };
-layout(std430, binding = 5) readonly buffer Receivers { Receiver receivers[]; };
+layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
 layout(binding = 6) uniform sampler2D environment;
 layout(binding = 7) uniform sampler2D light_map;   // caustic irradiance
 layout(binding = 8) uniform sampler2D direct_map;  // irradiance from the environment
 layout(binding = 9, rgba32f) uniform writeonly image2D view;
-layout(std430, binding = 10) readonly buffer CurvedReceivers { Curved curved[]; };
+layout(std430, binding = 10) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(push_constant) uniform ShadePush {
     vec3 eye;
-    uint sun_count;
+    uint light_count;
     vec3 right;          // half the picture's width at distance 1
     uint has_environment;
     vec3 up;             // half the picture's height at distance 1
     float rotation;
     vec3 forward;        // unit
-    uint side;           // samples a pixel: side^2
-    uvec2 first;         // pixel of this part of the picture
+    uint side;           // side^2 samples per pixel
+    uvec2 first;         // first pixel of this rectangle
 } push;
 
 #include "trace.glsl"
-#include "sun.glsl"
+#include "light.glsl"
 #include "optics.glsl"
-#include "receiver.glsl"
-#include "curved.glsl"
+#include "planar_receiver.glsl"
+#include "mesh_receiver.glsl"
 #include "sampling.glsl"
 #include "environment.glsl"
 #include "lighting.glsl"
 
-const int MOST_BOUNCES = 12;
-// Of a ray and all that it splits into.
-const int MOST_SEGMENTS = 32;
-// Rays that wait while another is followed.
-const int MOST_WAITING = 6;
-// Rays that carry less than this share are not followed.
-const float LEAST_WEIGHT = 1e-6;
-// Rays to each sun's disc that a pixel's samples share, the same number each.
-const uint SUN_RAYS = 16;
+const int MAX_BOUNCES = 12;
+// Segments of a camera ray and of all rays that it splits into.
+const int MAX_SEGMENTS = 32;
+// Capacity of the stack of pending rays.
+const int MAX_WAITING = 6;
+// Rays with a smaller weight are dropped.
+const float MIN_WEIGHT = 1e-6;
+// Rays to each sun or lamp, shared evenly by the samples of a pixel.
+const uint LIGHT_RAYS = 16;
 const uint ENVIRONMENT_RAYS = 32;
-// rad; a smaller sun is a point, which no ray meets.
-const float SMALLEST_DISC = 1e-6;
+// rad; camera rays do not meet a smaller disc.
+const float MIN_DISC = 1e-6;
 
-// Bilinear look-up that stays inside of a receiver's tile.
+// Bilinear look-up that stays inside a receiver's tile.
 vec3 look_up(sampler2D map, vec2 tile, vec2 size, vec2 texel) {
     vec2 low = tile + 0.5;
     vec2 high = low + size - 1.0;
     return textureLod(map, clamp(texel, low, high) / vec2(textureSize(map, 0)), 0.0).rgb;
 }
 
-// The point of the curved surface that a triangle stands for: where each corner's plane has the triangle behind it, above
-// that by as much as the corner counts (Hanika 2021, "Hacking the Shadow Terminator"). Rays that start there do not meet
-// the neighbours of a triangle that its interpolated normal turns to the light.
-vec3 above(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
+// The point on the smooth surface that a triangle approximates: x is projected onto each corner's tangent plane where
+// it lies below the plane, and the results are interpolated (Hanika 2021, "Hacking the Shadow Terminator"). Rays that
+// start there do not meet the triangle's neighbours where the interpolated normal faces the light.
+vec3 on_smooth_surface(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
     vec3 from = x - triangle.position;
     return x
         - (1.0 - weights.x - weights.y) * min(dot(from, corner.n0), 0.0) * corner.n0
@@ -69,20 +69,20 @@ vec3 above(Triangle triangle, Normals corner, vec3 x, vec2 weights) {
 }
 
 vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, uint pixel_sample) {
-    uint all = push.side * push.side;
-    uint rays = (SUN_RAYS + all - 1) / all;
-    vec3 lit = above(triangles[self], normals[self], x, weights);
+    uint parts = push.side * push.side;
+    uint rays = (LIGHT_RAYS + parts - 1) / parts;
+    vec3 lit = on_smooth_surface(triangles[self], normals[self], x, weights);
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < push.sun_count; i++) sum += direct_sun(i, lit, n, self, pixel_sample, rays, all);
+    for (uint i = 0; i < push.light_count; i++) sum += direct_light(i, lit, n, self, pixel_sample, rays, parts);
     if (object.receiver != NO_RECEIVER) {
         vec2 tile, size, texel;
-        if (object.is_curved != 0) {
-            Curved receiver = curved[object.receiver];
+        if (object.is_mesh != 0) {
+            MeshReceiver receiver = mesh_receivers[object.receiver];
             tile = vec2(receiver.tile_x, receiver.tile_y);
             size = vec2(receiver.width, receiver.height);
-            texel = tile + place_of(receiver, normals[self], weights);
+            texel = tile + light_map_position(receiver, normals[self], weights);
         } else {
-            Receiver receiver = receivers[object.receiver];
+            PlanarReceiver receiver = planar_receivers[object.receiver];
             tile = vec2(receiver.tile_x, receiver.tile_y);
             size = vec2(receiver.width, receiver.height);
             texel = to_texels(receiver, x);
@@ -95,34 +95,34 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, 
     return sum;
 }
 
-// Radiance of the lights behind everything, W/m^2/sr.
+// Radiance of suns and environment, W/m^2/sr.
 vec3 background(vec3 direction) {
     vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
-    for (uint i = 0; i < push.sun_count; i++) {
-        if (suns[i].is_lamp != 0) continue;
-        // The chord, since the cosine of a small angle is 1 in floats.
-        float radius = suns[i].size;
-        bool inside = distance(direction, suns[i].place) < 2.0 * sin(0.5 * radius);
+    for (uint i = 0; i < push.light_count; i++) {
+        if (lights[i].is_lamp != 0) continue;
+        // Compares chords, because the cosine of a small angle rounds to 1.
+        float radius = lights[i].size;
+        bool inside = distance(direction, lights[i].place) < 2.0 * sin(0.5 * radius);
         float sine = sin(radius);
-        if (inside && radius > SMALLEST_DISC) seen += suns[i].power / (PI * sine * sine);
+        if (inside && radius > MIN_DISC) seen += lights[i].power / (PI * sine * sine);
     }
     return seen;
 }
 
-// Whether a ray meets a lamp before `limit`, and the radiance of the nearest, W/m^2/sr. Lamps hide
-// what is behind them, but cast no shadow.
+// Whether a ray meets a lamp before `limit`, and the radiance of the nearest lamp, W/m^2/sr. Lamps hide objects behind
+// them from the camera, but cast no shadows.
 bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
     bool meets = false;
-    for (uint i = 0; i < push.sun_count; i++) {
-        Light light = suns[i];
-        Sun sun = sun_at(light, origin);
-        if (light.is_lamp == 0 || sun.angular_radius <= SMALLEST_DISC) continue;
+    for (uint i = 0; i < push.light_count; i++) {
+        Light light = lights[i];
+        LightDisc disc = disc_at(light, origin);
+        if (light.is_lamp == 0 || disc.angular_radius <= MIN_DISC) continue;
         float along = dot(light.place - origin, direction);
         vec3 aside = light.place - origin - along * direction;
         bool inside = along > 0.0 && dot(aside, aside) < light.size * light.size;
-        float way = way_to(light, origin, direction);
-        if (inside && way < limit) {
-            limit = way;
+        float lamp_distance = distance_to_light(light, origin, direction);
+        if (inside && lamp_distance < limit) {
+            limit = lamp_distance;
             meets = true;
             seen = light.power / (PI * light.size * light.size);
         }
@@ -130,7 +130,7 @@ bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
     return meets;
 }
 
-// A ray that is yet to be followed.
+// A pending ray.
 struct Ray {
     vec3 origin;
     uint self;
@@ -143,11 +143,11 @@ struct Ray {
 vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
     vec3 sum = vec3(0.0);
     Ray ray = Ray(origin, NO_TRIANGLE, direction, 0, vec3(1.0));
-    Ray waiting[MOST_WAITING];
+    Ray waiting[MAX_WAITING];
     int count = 0;
-    for (int segment = 0; segment < MOST_SEGMENTS; segment++) {
+    for (int segment = 0; segment < MAX_SEGMENTS; segment++) {
         bool ends = true;
-        Hit hit = nearest(ray.origin, ray.direction, ray.self, ANY);
+        Hit hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
         vec3 lamp;
         if (meets_lamp(ray.origin, ray.direction, hit.distance, lamp)) {
             sum += ray.weight * lamp;
@@ -164,23 +164,24 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
             vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
             if (object.kind == DIFFUSE) {
                 if (front) sum += ray.weight * object.color / PI * diffuse_irradiance(object, x, n, hit.triangle, w, pixel_sample);
-            } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MOST_BOUNCES) {
-                float ratio = ratio_of(object, front);
+            } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MAX_BOUNCES) {
+                float eta = eta_of(object, front);
                 if (!front) {
                     n = -n;
                     geometric = -geometric;
                 }
-                // Where the interpolated normal would send the ray into the surface, the flat one rules.
+                // Where the interpolated normal would reflect the ray into the surface, the geometric normal replaces
+                // it.
                 if (!(dot(mirrored(-ray.direction, n), geometric) > 0.0)) n = geometric;
-                vec3 share = reflected_share(object, dot(n, -ray.direction), ratio);
-                vec3 beyond = ratio == 0.0 ? vec3(0.0) : sent(-ray.direction, n, ratio);
-                Ray through = Ray(x, hit.triangle, beyond, ray.bounces + 1, ray.weight * (1.0 - share) * ratio * ratio);
+                vec3 share = reflected_share(object, dot(n, -ray.direction), eta);
+                vec3 refracted = eta == 0.0 ? vec3(0.0) : outgoing_direction(-ray.direction, n, eta);
+                Ray through = Ray(x, hit.triangle, refracted, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta);
                 ray = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share);
-                bool passes = beyond != vec3(0.0) && any(greaterThan(through.weight, vec3(LEAST_WEIGHT)));
-                bool returns = any(greaterThan(ray.weight, vec3(LEAST_WEIGHT)));
-                // The heavier one goes on, the other waits where there is room.
+                bool passes = refracted != vec3(0.0) && any(greaterThan(through.weight, vec3(MIN_WEIGHT)));
+                bool returns = any(greaterThan(ray.weight, vec3(MIN_WEIGHT)));
+                // The ray of larger weight continues; the other is pushed where the stack has space.
                 bool swaps = passes && (!returns || dot(through.weight, vec3(1.0)) >= dot(ray.weight, vec3(1.0)));
-                if (passes && returns && count < MOST_WAITING) waiting[count++] = swaps ? ray : through;
+                if (passes && returns && count < MAX_WAITING) waiting[count++] = swaps ? ray : through;
                 if (swaps) ray = through;
                 ends = !passes && !returns;
             }

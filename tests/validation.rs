@@ -11,7 +11,7 @@ use nephroid::gpu::{
 };
 use std::sync::Arc;
 
-/// Words of a patch and more than those of a triangle, its normals and a reflector.
+/// Words of a patch and more than those of a triangle, its normals and a lit triangle.
 const WORDS: usize = 24;
 
 fn buffer(context: &Arc<Context>, name: &str) -> Buffer {
@@ -25,8 +25,8 @@ fn sample(context: &Arc<Context>, triangles: &Buffer, patches: &Buffer) -> Bound
         ("triangles", Resource::Buffer(triangles)),
         ("normals", Resource::Buffer(&buffer(context, "normals"))),
         (
-            "reflectors",
-            Resource::Buffer(&buffer(context, "reflectors")),
+            "lit_triangles",
+            Resource::Buffer(&buffer(context, "lit triangles")),
         ),
         ("patches", Resource::Buffer(patches)),
     ];
@@ -47,7 +47,7 @@ fn write_then_read(context: &Arc<Context>, with_barrier: bool) {
     let write = sample(context, &first, &second);
     let read = sample(context, &second, &third);
     let mut recorder = Recorder::new(context).unwrap();
-    let push = [0u32, 1, 1]; // first patch, patches, reflectors
+    let push = [0u32, 1, 1]; // first patch, patches, lit triangles
     recorder.dispatch(&write, &push, [1, 1, 1]);
     if with_barrier {
         recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);

@@ -1,4 +1,4 @@
-// Covariances as (xx, xy, yy), and the kernel with which a patch spreads its flux.
+// The kernel that spreads the flux of a patch. Covariances are stored as (xx, xy, yy).
 
 vec3 outer2(vec2 v) {
     return vec3(v.x * v.x, v.x * v.y, v.y * v.y);
@@ -19,8 +19,8 @@ float minor_eigenvalue(vec3 m, float determinant) {
     return determinant / (middle + sqrt(max(middle * middle - determinant, 0.0)));
 }
 
-// The kernel ((1 - t) / (1 - flatness t))^4 at t = d^T conic d: a bell for flatness 0, nearly a
-// disc toward 1. Its integral over the plane is pi mean / sqrt(det conic).
+// The kernel ((1 - t) / (1 - beta t))^4 at t = d^T conic d, with the flatness beta: 0 gives a bell, values toward 1
+// nearly a disc. Its integral over the plane is pi mean / sqrt(det conic).
 float kernel_value(float flatness, float t) {
     float root = max(1.0 - t, 0.0) / (1.0 - flatness * min(t, 1.0));
     float square = root * root;

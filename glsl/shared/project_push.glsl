@@ -1,15 +1,15 @@
 // The push constants of all projectors.
 
 layout(push_constant) uniform ProjectPush {
-    uint first_pair;     // of this batch; a pair is light * patch_count + patch, or one of `pairs`
-    uint pair_count;     // in this batch
+    uint first_pair;     // first pair of this batch; pair = light * patch_count + patch, or an index into `pairs`
+    uint pair_count;     // number of pairs in this batch
     uint patch_count;
     uint first_light;
-    uint receiver_count; // of the kind that the projector lights
-    uint lobes;          // 1: mirrored light; 2: and refracted light
-    float spread;        // variance of the kernel over that of the patch
-    float flat_spread;   // where the patch is flat
-    uint trace;          // 0: nothing can occlude light
-    uint clustered;      // 1: patches are clusters of many triangles, and large; `pairs` has the light that each images
-    uint product;        // 1: triangles take the area as the product of two lengths
+    uint receiver_count; // receivers of the kind that the projector lights
+    uint lobes;          // 1: reflected light; 2: also refracted light
+    float spread;        // variance of the kernel over the variance of the patch
+    float flat_spread;   // the same for flat patches
+    uint can_occlude;    // 0: nothing can occlude light, so that no rays are traced
+    uint clustered;      // 1: the patches are large clusters of many triangles, and `pairs` lists patch and environment cell
+    uint product;        // 1: triangles take the product of two lengths for the area
 } push;

@@ -1,4 +1,4 @@
-// Low-discrepancy points. The including shader includes sun.glsl.
+// Low-discrepancy points. The including shader includes light.glsl.
 
 const float GOLDEN_ANGLE = 2.39996322972865;
 
@@ -8,18 +8,18 @@ vec2 disc_point(uint i, uint n) {
     return sqrt((float(i) + 0.5) / float(n)) * vec2(cos(angle), sin(angle));
 }
 
-// Unit direction toward point `p` of the unit disc, spread over a sun's disc: the projected disc
-// is even, so its radiance is constant.
-vec3 sun_direction(Sun sun, vec2 p) {
+// Unit direction toward the point `p` of the unit disc, mapped to a light's disc. The map is uniform in the projected
+// disc, so the radiance is constant.
+vec3 disc_direction(LightDisc disc, vec2 p) {
     vec3 a, b;
-    basis(sun.direction, a, b);
-    vec2 q = p * sin(sun.angular_radius);
-    return normalize(sun.direction * sqrt(max(1.0 - dot(q, q), 0.0)) + q.x * a + q.y * b);
+    basis(disc.direction, a, b);
+    vec2 q = p * sin(disc.angular_radius);
+    return normalize(disc.direction * sqrt(max(1.0 - dot(q, q), 0.0)) + q.x * a + q.y * b);
 }
 
-// What the direction s, drawn so, counts: Light.power times this on a plane across s. The solid angle
-// of a part of the projected disc is its area over the cosine to the middle. Lamps may be wide; for
-// suns it is left out, which is 0.05 % at 2.5 degrees.
-float sun_weight(Sun sun, vec3 s) {
-    return sun.nearness > 0.0 ? sun.falloff / dot(sun.direction, s) : sun.falloff;
+// Weight of the direction s drawn by disc_direction(): Light.power times the weight is the irradiance of a plane that
+// faces s. The solid angle of an element of the projected disc is its area over the cosine to the centre. Lamps may be
+// wide; for suns the cosine is omitted, an error of 0.05 % at 2.5 degrees.
+float disc_weight(LightDisc disc, vec3 s) {
+    return disc.inverse_distance > 0.0 ? disc.falloff / dot(disc.direction, s) : disc.falloff;
 }

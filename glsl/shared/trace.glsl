@@ -1,5 +1,5 @@
-// Rays against the bounding volume hierarchy of the whole scene.
-// The including shader declares the buffers `grid`, `nodes` and `triangles`.
+// Traces rays through the bounding volume hierarchy of the scene. The including shader declares the buffers `grid`,
+// `nodes` and `triangles`.
 
 const int STACK = 48;
 const uint COUNT_SHIFT = 28;
@@ -7,9 +7,9 @@ const uint FIRST_MASK = (1u << COUNT_SHIFT) - 1u;
 const uint NO_LINK = 0xffffffffu;
 const uint NO_TRIANGLE = 0xffffffffu;
 const float EDGE = 1e-6;
-// Rays to a receiver are followed to this share of their length, so that it does not block itself.
-const float ALMOST = 0.9999;
-// Farther than anything, in m. GLSL promises no infinities.
+// Shadow rays to a receiver end at this share of their length, so that the receiver does not occlude itself.
+const float SHADOW_RAY_END = 0.9999;
+// Larger than any distance, m. GLSL does not guarantee infinities.
 const float FAR = 3.0e38;
 
 struct Hit {
@@ -18,26 +18,26 @@ struct Hit {
     vec2 barycentric; // weights of the second and third corner
 };
 
-// 1/d with zeros kept apart from infinity, so that slabs never give NaN.
+// 1/d with zeros replaced by tiny numbers, so that slab tests never give NaN.
 vec3 safe_inverse(vec3 d) {
     vec3 tiny = vec3(1e-20);
     return 1.0 / mix(d, tiny, lessThan(abs(d), tiny));
 }
 
-// Distance at which a ray, in steps of the grid, enters a child's box, or FAR.
+// Distance at which a ray, in grid coordinates, enters a child's box, or FAR.
 float enter(uvec3 box, vec3 origin, vec3 inverse, float limit) {
     vec3 a = (vec3(box & 0xffffu) - origin) * inverse;
     vec3 b = (vec3(box >> 16) - origin) * inverse;
     vec3 near = min(a, b);
     vec3 far = max(a, b);
     float t0 = max(max(near.x, near.y), max(near.z, 0.0));
-    // Two ulps outward, so that a ray never slips between boxes (Ize 2013).
+    // Two ulps of slack, so that a ray never slips between boxes (Ize 2013).
     float t1 = min(min(far.x, far.y), min(far.z, limit)) * 1.0000003;
     return t0 <= t1 ? t0 : FAR;
 }
 
-// Moller & Trumbore 1997; both faces. A little larger than the triangle, since a ray through the
-// edge of two would be rounded past both.
+// Ray-triangle intersection, both faces (Moller & Trumbore 1997). The triangle is enlarged slightly, because rounding
+// could move a ray through a shared edge past both triangles.
 bool intersect(Triangle triangle, vec3 origin, vec3 direction, float limit, out float t, out vec2 uv) {
     vec3 p = cross(direction, triangle.edge2);
     float determinant = dot(triangle.edge1, p);
@@ -45,18 +45,17 @@ bool intersect(Triangle triangle, vec3 origin, vec3 direction, float limit, out 
     vec3 q = cross(s, triangle.edge1);
     uv = vec2(dot(s, p), dot(direction, q)) / determinant;
     t = dot(triangle.edge2, q) / determinant;
-    // What a division by zero gives is undefined.
+    // Division by zero is undefined.
     return determinant != 0.0 && min(uv.x, uv.y) >= -EDGE && uv.x + uv.y <= 1.0 + EDGE && t > 0.0 && t < limit;
 }
 
-// The index of the other triangle of the flat surface that `self` is part of, where rays start.
+// Index of the other triangle of the rect that contains `self`, the triangle where rays start.
 uint twin_of(uint self) {
     return self == NO_TRIANGLE ? NO_TRIANGLE : triangles[self].twin;
 }
 
-// Whether a surface that casts shadows lies between origin and origin + limit * direction, not
-// counting the flat surface of the triangle `self`. Rays that run side by side walk down together
-// and test their leaves together (Aila & Laine 2009).
+// Whether an object that casts shadows lies between origin and origin + limit * direction. The triangle `self` and its
+// twin are ignored. Neighbouring rays descend together and test their leaves together (Aila & Laine 2009).
 bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
     uint twin = twin_of(self);
     vec3 start = (origin - grid.lower) * grid.scale;
@@ -80,17 +79,17 @@ bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
             float t;
             vec2 uv;
             Triangle triangle = triangles[i];
-            bool counts = i != self && i != twin && (triangle.blocks & BLOCKS) != 0;
+            bool counts = i != self && i != twin && (triangle.flags & OCCLUDES) != 0;
             if (counts && intersect(triangle, origin, direction, limit, t, uv)) return true;
         }
         link = stack[--top];
     }
 }
 
-const uint ANY = ~0u;
+const uint ANY_TRIANGLE = ~0u;
 
-// The nearest surface along a ray of those that have one of `bits` in Triangle.blocks, or ANY, not
-// counting the flat surface of the triangle `self`. The same walk, nearer children first.
+// The nearest triangle along a ray that has one of `bits` in Triangle.flags; ANY_TRIANGLE accepts all. The triangle
+// `self` and its twin are ignored. The traversal visits nearer children first.
 Hit nearest(vec3 origin, vec3 direction, uint self, uint bits) {
     Hit hit = Hit(FAR, NO_TRIANGLE, vec2(0.0));
     uint twin = twin_of(self);
@@ -116,7 +115,7 @@ Hit nearest(vec3 origin, vec3 direction, uint self, uint bits) {
         for (uint i = first; i < end; i++) {
             float t;
             vec2 uv;
-            bool counts = i != self && i != twin && (bits == ANY || (triangles[i].blocks & bits) != 0);
+            bool counts = i != self && i != twin && (bits == ANY_TRIANGLE || (triangles[i].flags & bits) != 0);
             if (counts && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
                 hit = Hit(t, i, uv);
             }

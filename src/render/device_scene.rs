@@ -1,8 +1,8 @@
-//! The scene on the device, in parts that each own what they hold.
+//! The scene on the device, in parts that own their resources.
 //!
-//! New is allocated and then updated: one path writes the scene for the first frame and for every other. Objects are
-//! compared one by one, meshes by their address first, so that what stands still costs a comparison. How finely
-//! the casters are divided is settled once; which of their triangles face a light is found in every update.
+//! `new` allocates and then updates, so that one code path writes the scene for the first frame and for all others.
+//! Objects are compared one by one, meshes by their address first, so that static objects cost one comparison. The
+//! subdivision of the casters is fixed by the first update; every update finds the triangles that face a light.
 
 use crate::error::{Error, Result};
 use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging};
@@ -27,21 +27,21 @@ pub struct DeviceScene {
     pub receivers: DeviceReceivers,
     pub casters: DeviceCasters,
     pub staging: Staging,
-    /// What is on the device.
+    /// The scene that the device has.
     pub scene: Scene,
     objects: Buffer,
     profiles: Buffer,
     settings: Settings,
-    /// Whether the device lacks some of `scene`: before the first update, and after one that failed half-way.
+    /// Whether the device lacks parts of `scene`: before the first update, and after an update that failed.
     is_stale: bool,
 }
 
 impl DeviceScene {
-    /// Allocates what `scene` takes, and stages it.
+    /// Allocates the resources of `scene` and stages its contents.
     ///
     /// # Errors
     /// [`Error::Usage`] where there is nothing to light, the light maps do not fit, or there is no memory for an
-    /// environment's images; [`Error::Device`] where the device's memory does not suffice.
+    /// environment's images; [`Error::Device`] if device memory is insufficient.
     pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
         let mut staging = Staging::new(context, settings.frames_in_flight);
         let atlases = atlases(scene)?;
@@ -72,9 +72,9 @@ impl DeviceScene {
         Ok(device)
     }
 
-    /// Stages what differs between `scene` and the last one: where things are and how bright, not what there is.
-    /// Returns whether the stages must be bound again: to more patches than there was room for, or to another
-    /// environment.
+    /// Stages the differences between `scene` and the last scene: positions, sizes, directions and colours may differ,
+    /// the structure may not. Returns whether the stages must be bound again, because there are more patches than their
+    /// capacity or a new environment.
     ///
     /// # Errors
     /// As [`crate::render::Renderer::update`].
@@ -129,14 +129,14 @@ impl DeviceScene {
         Ok(outgrown || changed.is_another && self.environment.pairs.is_some())
     }
 
-    /// A compute pipeline with those of the scene's buffers and images that `shader` names, and
-    /// the stage's `own`.
+    /// A compute pipeline, bound to the scene's buffers and images that `shader` names and to the stage's `own`
+    /// resources.
     ///
     /// # Errors
     /// [`Error::Device`] where the driver refuses.
     ///
     /// # Panics
-    /// Where `shader` does not name one of `own`: a programmer's mistake.
+    /// If `shader` does not name one of `own`, a programming error.
     pub fn compute(
         &self,
         context: &Arc<Context>,
@@ -152,9 +152,9 @@ impl DeviceScene {
             ("normals", Resource::Buffer(&self.geometry.normals)),
             ("nodes", Resource::Buffer(&self.geometry.nodes)),
             ("objects", Resource::Buffer(&self.objects)),
-            ("suns", Resource::Buffer(&self.lights.buffer)),
-            ("receivers", Resource::Buffer(&self.receivers.planar)),
-            ("curved", Resource::Buffer(&self.receivers.mesh)),
+            ("lights", Resource::Buffer(&self.lights.buffer)),
+            ("planar_receivers", Resource::Buffer(&self.receivers.planar)),
+            ("mesh_receivers", Resource::Buffer(&self.receivers.mesh)),
             (
                 "atlas_texels",
                 Resource::Buffer(&self.receivers.atlas_texels),
@@ -164,7 +164,7 @@ impl DeviceScene {
                 Resource::Buffer(&self.receivers.atlas_samples),
             ),
             ("atlas_nodes", Resource::Buffer(&self.receivers.atlas_nodes)),
-            ("reflectors", Resource::Buffer(&self.casters.lit)),
+            ("lit_triangles", Resource::Buffer(&self.casters.lit)),
             ("profiles", Resource::Buffer(&self.profiles)),
             ("environment", Resource::Image(&self.environment.image)),
         ];
@@ -172,13 +172,13 @@ impl DeviceScene {
         BoundPipeline::compute(context, shader, only_mirrors, &[own, &shared].concat())
     }
 
-    /// The lights of `source`, with their patches.
+    /// The lights of `source` with the number of their patches.
     pub fn groups(&self, source: Source) -> impl Iterator<Item = LightGroup> + '_ {
         let environment = (source == Source::Environment).then(|| self.environment.group());
         (self.lights.groups(source, self.casters.patch_count)).chain(environment.flatten())
     }
 
-    /// Pairs of patch and light that `source` may have.
+    /// Maximum number of pairs of patch and light for `source`.
     pub fn pair_capacity(&self, source: Source) -> u32 {
         match source {
             Source::Environment => {
@@ -188,16 +188,16 @@ impl DeviceScene {
         }
     }
 
-    /// Planar receivers, counted once for every lobe.
+    /// Number of planar receivers times the number of lobes.
     pub fn planar_targets(&self) -> u32 {
         self.casters.lobes * self.receivers.planar_count
     }
 
-    /// Pairs of patch and light of a first submission, on a device of which nothing is known: each may light
-    /// all of a light map.
+    /// Pairs of patch and light in a first submission, before the speed of the device is known: each pair may cover a
+    /// whole light map.
     pub fn first_pairs(&self) -> u64 {
         const FRAGMENTS: u64 = 1 << 22; // 20 ms on two CPU cores
-        (FRAGMENTS / self.receivers.most_texels()).clamp(1, 4096)
+        (FRAGMENTS / self.receivers.max_texels()).clamp(1, 4096)
     }
 }
 
@@ -208,9 +208,9 @@ fn same_geometry(a: &Object, b: &Object) -> bool {
     }
 }
 
-/// Whether nothing has changed that a light map or a view shows but the camera, given the same structure.
+/// Whether the light maps and the view stay the same, except for the camera, given the same structure.
 fn is_same(a: &Scene, b: &Scene) -> bool {
-    // Maps are compared by their address only: they are large, and a frame has no time.
+    // Maps are compared by their address only, because comparing pixels would take too long.
     let same_map = |a: &LightKind, b: &LightKind| match (a, b) {
         (LightKind::Environment { map: a, .. }, LightKind::Environment { map: b, .. }) => {
             Arc::ptr_eq(a, b)
@@ -225,7 +225,7 @@ fn is_same(a: &Scene, b: &Scene) -> bool {
         && (a.objects.iter().zip(&b.objects)).all(|(x, y)| same_object(x, y))
 }
 
-/// Checks that only places, sizes, directions and colours differ.
+/// Checks that only positions, sizes, directions and colours differ.
 fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
     let another = |what: String| {
         Err(Error::Usage {

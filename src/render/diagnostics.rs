@@ -1,7 +1,7 @@
-//! Why reflectors and transparent objects throw no caustic: light is followed from points on them, one
-//! ray to a light and one on to what it meets.
+//! Diagnostics: why a caster contributes nothing to the caustic. Light is followed from points on the caster, with one
+//! ray to a light and one along the outgoing direction.
 //!
-//! For messages only: no frame depends on it.
+//! For messages only: no frame depends on the results.
 
 use crate::render::device_scene::DeviceScene;
 use crate::render::geometry::triangle_store::TriangleStore;
@@ -10,14 +10,14 @@ use crate::render::lights::{PackedLights, directions, outgoing_directions, pack}
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// Points of an object that are looked at.
+/// Number of points that are tested on an object.
 const POINTS: usize = 1024;
-/// Directions of an environment that are looked at from each.
+/// Number of environment directions that are tested at each point.
 const DIRECTIONS: usize = 16;
-/// Lights that are looked at.
+/// Maximum number of lights that are tested.
 const LIGHTS: usize = 64;
 
-/// How far light comes at best.
+/// The furthest stage that any tested path of light reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Stage {
     Away,
@@ -41,8 +41,8 @@ impl Stage {
     }
 }
 
-/// A sentence for every object that should throw a caustic and does not, as far as a thousand of its points
-/// tell. `with_environment`: the method lets environments throw caustics.
+/// A sentence for every caster without any effect, judged by about a thousand of its points. `with_environment`: the
+/// method supports caustics of environments.
 pub fn sentences(device: &DeviceScene, with_environment: bool) -> Vec<String> {
     let scene = &device.scene;
     let Ok(PackedLights { lights, .. }) = pack(scene, device.geometry.store.origin) else {
@@ -66,12 +66,12 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
     for &place in places.iter().step_by(step) {
         for number in 0..of_each {
             let (x, normal, geometric) = point(store, place, number);
-            let sky = (with_environment && device.environment.is_present)
+            let environment = (with_environment && device.environment.is_present)
                 .then(|| (0..DIRECTIONS).map(direction))
                 .into_iter()
                 .flatten()
                 .map(|toward| (toward, f64::INFINITY));
-            let suns = lights.iter().take(LIGHTS).map(|light| {
+            let point_lights = lights.iter().take(LIGHTS).map(|light| {
                 let (toward, _) = directions(light, x);
                 let (sine, distance) = match light.is_lamp {
                     0 => (light.size.sin(), f32::INFINITY),
@@ -85,12 +85,12 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                     f64::from(distance),
                 )
             });
-            for (toward, distance) in suns.chain(sky) {
+            for (toward, distance) in point_lights.chain(environment) {
                 let mut stage = Stage::Away;
-                for way in outgoing_directions(material, normal, toward) {
+                for outgoing in outgoing_directions(material, normal, toward) {
                     stage = stage.max(Stage::Shadowed);
                     let side = geometric.dot(toward.as_vec3()).signum();
-                    if store.is_blocked(
+                    if store.is_occluded(
                         x + offset(store, side * geometric),
                         toward.as_vec3(),
                         distance as f32,
@@ -98,8 +98,12 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                         continue;
                     }
                     stage = stage.max(Stage::Astray);
-                    let side = geometric.dot(way.as_vec3()).signum();
-                    if lands(device, x + offset(store, side * geometric), way.as_vec3()) {
+                    let side = geometric.dot(outgoing.as_vec3()).signum();
+                    if lands(
+                        device,
+                        x + offset(store, side * geometric),
+                        outgoing.as_vec3(),
+                    ) {
                         return Stage::Lands;
                     }
                 }
@@ -110,11 +114,11 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
     best
 }
 
-/// Point number `number` of a triangle, with the interpolated and the geometric normal.
+/// Point `number` of a triangle, with the interpolated and the geometric normal.
 fn point(store: &TriangleStore, place: u32, number: usize) -> (Vec3, DVec3, Vec3) {
     let triangle = &store.triangles[place as usize];
     let normals = &store.normals[place as usize];
-    // The sequence R2 of Roberts (2018), folded into the triangle; the first is the middle.
+    // The sequence R2 of Roberts (2018), folded into the triangle; the first point is the centroid.
     let [mut s, mut t] = match number {
         0 => [1.0 / 3.0; 2],
         _ => {
@@ -130,7 +134,7 @@ fn point(store: &TriangleStore, place: u32, number: usize) -> (Vec3, DVec3, Vec3
     (x, normal.as_dvec3().normalize_or_zero(), geometric)
 }
 
-/// Direction number `number` of those that are spread over the sphere (Fibonacci lattice).
+/// Direction `number` of a Fibonacci lattice on the sphere.
 fn direction(number: usize) -> DVec3 {
     let share = (number as f64 + 0.5) / DIRECTIONS as f64;
     let (height, azimuth) = (
@@ -142,8 +146,8 @@ fn direction(number: usize) -> DVec3 {
     DVec3::new(radius * cosine, height, radius * sine)
 }
 
-/// The direction toward a light's middle, or where that is below the horizon and the light is not, one toward its
-/// upper part.
+/// The direction toward a light's centre. Where the centre is below the horizon and the light's upper part is not, a
+/// direction toward the upper part.
 fn above_horizon(toward: DVec3, normal: DVec3, sine: f64) -> DVec3 {
     let height = normal.dot(toward);
     match (-sine..0.0).contains(&height) {
@@ -152,20 +156,20 @@ fn above_horizon(toward: DVec3, normal: DVec3, sine: f64) -> DVec3 {
     }
 }
 
-/// From a surface to where its own triangle does not count.
+/// Offset from a surface that excludes the surface's own triangle.
 fn offset(store: &TriangleStore, normal: Vec3) -> Vec3 {
     1e-5 * store.size() * normal
 }
 
-/// Whether a ray meets the front of a receiver first.
-fn lands(device: &DeviceScene, origin: Vec3, way: Vec3) -> bool {
+/// Whether the first object that a ray meets is the front of a receiver.
+fn lands(device: &DeviceScene, origin: Vec3, outgoing: Vec3) -> bool {
     let is_receiver = |triangle: &gpu_types::Triangle| {
         device.scene.objects[triangle.object as usize]
             .light_map
             .is_some()
     };
-    let nearest = device.geometry.store.nearest(origin, way, is_receiver);
+    let nearest = device.geometry.store.nearest(origin, outgoing, is_receiver);
     nearest.is_some_and(|triangle| {
-        is_receiver(triangle) && triangle.edge1.cross(triangle.edge2).dot(way) < 0.0
+        is_receiver(triangle) && triangle.edge1.cross(triangle.edge2).dot(outgoing) < 0.0
     })
 }

@@ -1,33 +1,33 @@
-//! Dispatch tiling: pictures and light maps are computed in rectangles of workgroups, so that no submission runs long.
+//! Dispatch tiling: images are computed in rectangles of workgroups, so that no submission runs long.
 
 use glam::UVec2;
 use std::ops::Range;
 
 /// Sides of a workgroup.
 const GROUP: u32 = 8;
-/// Rays of a first submission, on a device of which nothing is known: 20 ms on two CPU cores.
+/// Rays in a first submission, before the speed of the device is known: 20 ms on two CPU cores.
 const FIRST_RAYS: u64 = 1 << 17;
 
 /// A rectangle of pixels or texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupRect {
     pub first: UVec2,
-    /// Workgroups of 8 × 8; what they cover beyond the picture is left out by the shader.
+    /// Workgroups of 8 × 8. The shader skips threads outside the image.
     pub groups: [u32; 3],
 }
 
 impl GroupRect {
-    /// The largest rectangle of the workgroups that cover `size` pixels, counted row by row, that begins with
-    /// number `first` and has at most `most` of them.
-    pub fn of([width, height]: [u32; 2], first: u64, most: u64) -> Self {
+    /// The largest rectangle of workgroups that starts at workgroup `first` and has at most `max_groups`. Workgroups
+    /// cover `size` pixels and are counted row by row.
+    pub fn of([width, height]: [u32; 2], first: u64, max_groups: u64) -> Self {
         let [columns, rows] = [width, height].map(|side| side.div_ceil(GROUP));
         let row = (first / u64::from(columns)) as u32;
         let column = (first % u64::from(columns)) as u32;
-        let most = most.min(u64::from(columns) * u64::from(rows)) as u32;
-        let groups = if column == 0 && most >= columns {
-            [columns, (most / columns).min(rows - row), 1]
+        let max_groups = max_groups.min(u64::from(columns) * u64::from(rows)) as u32;
+        let groups = if column == 0 && max_groups >= columns {
+            [columns, (max_groups / columns).min(rows - row), 1]
         } else {
-            [most.min(columns - column), 1, 1]
+            [max_groups.min(columns - column), 1, 1]
         };
         Self {
             first: GROUP * UVec2::new(column, row),
@@ -35,7 +35,7 @@ impl GroupRect {
         }
     }
 
-    /// Workgroups.
+    /// Number of workgroups.
     pub fn count(&self) -> u64 {
         self.groups.map(u64::from).iter().product()
     }
@@ -47,17 +47,17 @@ impl GroupRect {
     }
 }
 
-/// Workgroups that cover `size` pixels.
+/// Number of workgroups that cover `size` pixels.
 pub fn group_count([width, height]: [u32; 2]) -> u64 {
     u64::from(width.div_ceil(GROUP)) * u64::from(height.div_ceil(GROUP))
 }
 
-/// Workgroups with so many rays a pixel that any device has the time for.
+/// Number of workgroups, each pixel with `rays` rays, that every device computes in a short time.
 pub fn first_groups(rays: u64) -> u64 {
     (FIRST_RAYS / (u64::from(GROUP * GROUP) * rays.max(1))).max(1)
 }
 
-/// Ranges of the rows of an image, `texels` texels each at most, or one row.
+/// Bands of rows of an image, with at most `texels` texels or one row each.
 pub fn bands([width, height]: [u32; 2], texels: u32) -> impl ExactSizeIterator<Item = Range<u32>> {
     let rows = (texels / width).max(1);
     (0..height.div_ceil(rows)).map(move |band| band * rows..((band + 1) * rows).min(height))
@@ -76,8 +76,8 @@ mod tests {
     }
 
     #[test]
-    fn parts_cover_a_picture_once() {
-        for (size, most) in [
+    fn rects_cover_an_image_once() {
+        for (size, max_groups) in [
             ([1280, 720], 1_000_000),
             ([1, 1], 5),
             ([100, 60], 1),
@@ -90,15 +90,15 @@ mod tests {
             let (mut first, total) = (0, group_count(size));
             assert_eq!(total as usize, columns * rows);
             while first < total {
-                let part = GroupRect::of(size, first, most);
-                assert!((1..=most).contains(&part.count()), "{part:?}");
-                let [x, y] = part.first.to_array().map(|at| (at / GROUP) as usize);
-                for row in y..y + part.groups[1] as usize {
-                    for column in x..x + part.groups[0] as usize {
+                let rect = GroupRect::of(size, first, max_groups);
+                assert!((1..=max_groups).contains(&rect.count()), "{rect:?}");
+                let [x, y] = rect.first.to_array().map(|at| (at / GROUP) as usize);
+                for row in y..y + rect.groups[1] as usize {
+                    for column in x..x + rect.groups[0] as usize {
                         covered[row * columns + column] += 1;
                     }
                 }
-                first += part.count();
+                first += rect.count();
             }
             assert!(covered.iter().all(|times| *times == 1), "{size:?}");
         }

@@ -4,10 +4,10 @@
 //! upload ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate      the caustic
 //!                                                 direct ─► dilate ─► shade  the view
 //! ```
-//! A caster's triangles are divided into patches, the paper's sample points (sample). Each patch is a pinhole camera
-//! that images each light onto each receiver (project). The images are listed (compact) and added to the receivers'
-//! light maps (splat), wide ones to coarse levels (resolve). `pinhole` gathers over the patches at every texel instead,
-//! as the paper does, and `points` splats single texels.
+//! sample divides the casters' lit triangles into patches, the paper's sample points. Each patch is a pinhole camera:
+//! project computes the image of each light on each receiver, as a splat. compact lists the splats, and splat adds them
+//! to the light maps, wide ones to coarser levels, which resolve adds up. The method `pinhole` gathers over the patches
+//! at every texel instead, as the paper does, and `points` splats single texels.
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
@@ -17,7 +17,7 @@ use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::{self, Sample};
 use crate::render::receivers::dilate::Dilate;
-use crate::render::receivers::light_maps::COARSEST;
+use crate::render::receivers::light_maps::MAX_LEVEL;
 use crate::render::splat::list::Batch;
 use crate::render::splat::projector::Projector;
 use crate::render::splat::resolve::Resolve;
@@ -26,20 +26,20 @@ use crate::render::view::direct::Direct;
 use crate::scene::Camera;
 use std::ops::Range;
 
-/// Patches and points of a first submission, on a device of which nothing is known.
+/// Patches and points in a first submission, before the speed of the device is known.
 const FIRST_PATCHES: u64 = 1 << 16;
 const FIRST_POINTS: u64 = 1 << 12;
-/// Texels of a submission that clears or dilates: 40 ms on two CPU cores.
+/// Texels per submission that clears or dilates: 40 ms on two CPU cores.
 const CLEAR_BAND: u32 = 1 << 22;
 const DILATE_BAND: u32 = 1 << 21;
 
-/// All that reads or writes device memory, on either side of a barrier.
+/// All accesses to device memory, on either side of a barrier.
 const ANY: Access = Access::ANY_READ.and(Access::ANY_WRITE);
-/// What a draw reads of a splat list.
+/// Accesses of a draw to a splat list.
 const LIST_READ: Access = Access::VERTEX_READ
     .and(Access::INDEX_READ)
     .and(Access::INDIRECT_READ);
-/// What writes the light maps, and what then reads them.
+/// Accesses that write the light maps.
 pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
 
 /// The stages of a method.
@@ -56,8 +56,8 @@ pub enum Caustic {
     Points(Points),
 }
 
-/// What changed in the scene goes to the device. Whatever an earlier frame does is waited for, a host's reads of the
-/// light maps included.
+/// Copies the changes of the scene to the device. The first barrier waits for all earlier frames, including a host's
+/// reads of the light maps.
 pub fn upload(recorder: &mut Recorder, scene: &mut DeviceScene) -> Result<()> {
     recorder.pass("upload", |r| {
         r.barrier(ANY, ANY);
@@ -66,7 +66,7 @@ pub fn upload(recorder: &mut Recorder, scene: &mut DeviceScene) -> Result<()> {
     })
 }
 
-/// The caustic, into the light maps. `dilate` is for those of meshes.
+/// Computes the caustic in the light maps. `dilate` extends the light maps of meshes.
 pub fn caustic(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -96,7 +96,7 @@ pub fn caustic(
             resolve,
         } => {
             if has_patches {
-                divide(recorder, scene, sample)?;
+                sample_patches(recorder, scene, sample)?;
             }
             zero(recorder, projectors, resolve.as_ref())?;
             for projector in projectors {
@@ -105,12 +105,12 @@ pub fn caustic(
             if let Some(resolve) = resolve.as_ref().filter(|_| draws) {
                 add_levels(recorder, scene, resolve)?;
             }
-            // Footprints fall on the texels around the charts by themselves.
+            // Footprints light the texels around the charts directly.
             Ok(())
         }
         Caustic::Gather { sample, pinhole } => {
             if has_patches {
-                divide(recorder, scene, sample)?;
+                sample_patches(recorder, scene, sample)?;
                 gather(recorder, scene, pinhole)?;
             }
             dilate_meshes(recorder, scene, dilate)
@@ -124,7 +124,7 @@ pub fn caustic(
     }
 }
 
-/// Direct light, into the direct maps: that of the environment, and `with_lights` of suns and lamps.
+/// Computes direct light in the direct maps: from the environment, and from suns and lamps if `with_lights`.
 pub fn direct_light(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -134,8 +134,8 @@ pub fn direct_light(
 ) -> Result<()> {
     let first = first_groups(Direct::rays(scene, with_lights));
     let total = scene.receivers.group_count();
-    recorder.tiled("direct", total, first, |r, done, most| {
-        let (tile, rect) = scene.receivers.group_rect(done, most);
+    recorder.tiled("direct", total, first, |r, done, limit| {
+        let (tile, rect) = scene.receivers.group_rect(done, limit);
         r.pass("direct", |r| {
             direct.record(r, scene, (tile, rect), with_lights);
             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
@@ -145,7 +145,7 @@ pub fn direct_light(
     dilate_meshes(recorder, scene, dilate)
 }
 
-/// The camera's picture, with `side`² samples a pixel.
+/// Computes the camera's picture with `side`² samples per pixel.
 pub fn view(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -155,8 +155,8 @@ pub fn view(
 ) -> Result<()> {
     let size = shade.size();
     let first = first_groups(Shade::rays(scene, side));
-    recorder.tiled("shade", group_count(size), first, |r, done, most| {
-        let rect = GroupRect::of(size, done, most);
+    recorder.tiled("shade", group_count(size), first, |r, done, limit| {
+        let rect = GroupRect::of(size, done, limit);
         r.pass("shade", |r| {
             r.barrier(LIGHT_MAP_WRITE, Access::COMPUTE);
             shade.record(r, scene, camera, side, rect);
@@ -167,7 +167,7 @@ pub fn view(
 
 // --- The steps ------------------------------------------------------------------------------------
 
-/// Fills the light maps with zeros, each band of rows in a submission of its own where there are several.
+/// Clears the light maps. If there are several bands of rows, each is a submission of its own.
 fn clear_light_map(recorder: &mut Recorder, light_map: &Image) -> Result<()> {
     for rows in bands([light_map.width, light_map.height], CLEAR_BAND) {
         recorder.pass("clear light map", |r| {
@@ -179,7 +179,7 @@ fn clear_light_map(recorder: &mut Recorder, light_map: &Image) -> Result<()> {
     Ok(())
 }
 
-/// A band that is not the whole image is a submission of its own.
+/// Submits a band that is not the whole image.
 fn submit_if(recorder: &mut Recorder, rows: Range<u32>, height: u32) -> Result<()> {
     match rows.len() < height as usize {
         true => recorder.submit(),
@@ -187,11 +187,11 @@ fn submit_if(recorder: &mut Recorder, rows: Range<u32>, height: u32) -> Result<(
     }
 }
 
-/// The patches of all lit triangles of casters.
-fn divide(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
+/// Computes the patches of the casters' lit triangles.
+fn sample_patches(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Result<()> {
     let total = scene.casters.patch_count.into();
-    recorder.tiled("sample", total, FIRST_PATCHES, |r, done, most| {
-        let patches = most.min(sample::BATCH.into()) as u32;
+    recorder.tiled("sample", total, FIRST_PATCHES, |r, done, limit| {
+        let patches = limit.min(sample::BATCH.into()) as u32;
         r.pass("sample", |r| {
             sample.record(r, scene, done as u32, patches);
             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
@@ -200,7 +200,7 @@ fn divide(recorder: &mut Recorder, scene: &DeviceScene, sample: &Sample) -> Resu
     })
 }
 
-/// Empties the lists.
+/// Clears the splat lists and the level masks.
 fn zero(
     recorder: &mut Recorder,
     projectors: &[Projector],
@@ -217,8 +217,8 @@ fn zero(
     })
 }
 
-/// The splats of a projector, listed in the order of their pairs and added to the light maps, in as many batches as
-/// there is room and time for. Only the first batch of a frame has to `clear` the light maps.
+/// Computes the splats of a projector, lists them in the order of their pairs, and adds them to the light maps, in
+/// batches limited by capacity and time. If `clear` is set, the first batch clears the light maps.
 fn splat(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -229,11 +229,11 @@ fn splat(
     let (list, passes) = (&projector.list, projector.passes);
     for group in scene.groups(projector.source) {
         let first = scene.first_pairs();
-        recorder.tiled(passes.work, group.pairs(), first, |r, done, most| {
+        recorder.tiled(passes.work, group.pairs(), first, |r, done, limit| {
             let batch = Batch {
                 group,
                 first_pair: done as u32,
-                pair_count: most.min(list.capacity.into()) as u32,
+                pair_count: limit.min(list.capacity.into()) as u32,
             };
             r.pass(passes.project, |r| {
                 projector.record_project(r, scene, batch);
@@ -245,7 +245,7 @@ fn splat(
             })?;
             r.pass(passes.splat, |r| {
                 projector.record_splat(r, light_map, *clear);
-                // The next batch overwrites what this one reads, and adds to its texels.
+                // The next batch overwrites the buffers that this one reads, and blends into the same texels.
                 r.barrier(
                     Access::BLEND.and(LIST_READ).and(Access::FRAGMENT_READ),
                     Access::BLEND.and(Access::COMPUTE),
@@ -258,7 +258,7 @@ fn splat(
     Ok(())
 }
 
-/// Adds the coarser levels to the finer ones, in steps of so many rows that each may be a submission of its own.
+/// Adds the coarser levels to the finer ones, in steps of rows, each of which may be a submission of its own.
 fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -> Result<()> {
     recorder.pass("find levels", |r| {
         resolve.record_levels(r, scene);
@@ -269,8 +269,8 @@ fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -
     })?;
     let [_, height] = scene.receivers.largest_light_map();
     let is_split = height + 2 > resolve.levels.rows;
-    for level in (0..COARSEST).rev() {
-        // With one texel more all around than the level has.
+    for level in (0..MAX_LEVEL).rev() {
+        // A level has a border of one texel.
         let rows = ((height - 1) >> level) + 3;
         for first_row in (0..rows).step_by(resolve.levels.rows as usize) {
             recorder.pass("resolve", |r| {
@@ -285,16 +285,16 @@ fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -
     Ok(())
 }
 
-/// The paper's gather: the sum over all patches at every texel, a batch of patches at a time.
+/// The paper's gather: sums over all patches at every texel, one batch of patches at a time.
 fn gather(recorder: &mut Recorder, scene: &DeviceScene, pinhole: &Pinhole) -> Result<()> {
     let (batch, patch_count) = (Pinhole::batch(scene), scene.casters.patch_count);
     let groups = scene.receivers.group_count();
     let total = groups * u64::from(patch_count.div_ceil(batch));
     let first = first_groups(Pinhole::rays(scene));
-    recorder.tiled("gather", total, first, |r, done, most| {
+    recorder.tiled("gather", total, first, |r, done, limit| {
         let first_patch = (done / groups) as u32 * batch;
         let patches = (first_patch, batch.min(patch_count - first_patch));
-        let (tile, rect) = scene.receivers.group_rect(done % groups, most);
+        let (tile, rect) = scene.receivers.group_rect(done % groups, limit);
         r.pass("gather", |r| {
             pinhole.record(r, scene, patches, (tile, rect));
             r.barrier(Access::COMPUTE, Access::COMPUTE);
@@ -303,7 +303,7 @@ fn gather(recorder: &mut Recorder, scene: &DeviceScene, pinhole: &Pinhole) -> Re
     })
 }
 
-/// Points, one texel each.
+/// Traces points and splats each onto one texel.
 fn splat_points(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -312,8 +312,8 @@ fn splat_points(
     clear: &mut bool,
 ) -> Result<()> {
     let total = points.count.into();
-    recorder.tiled("points", total, FIRST_POINTS, |r, done, most| {
-        let batch = (done as u32, most.min(points.batch.into()) as u32);
+    recorder.tiled("points", total, FIRST_POINTS, |r, done, limit| {
+        let batch = (done as u32, limit.min(points.batch.into()) as u32);
         r.pass("trace points", |r| {
             points.record_trace(r, scene, batch);
             r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
@@ -330,7 +330,7 @@ fn splat_points(
     })
 }
 
-/// Continues the light maps of meshes around their charts.
+/// Extends the light maps of meshes around their charts.
 fn dilate_meshes(
     recorder: &mut Recorder,
     scene: &DeviceScene,

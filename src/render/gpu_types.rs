@@ -1,5 +1,5 @@
-//! Rust mirrors of `glsl/shared/layout.glsl`, field by field; a test compares the offsets with
-//! the SPIR-V's. See there for meanings and units.
+//! Rust mirrors of `glsl/shared/gpu_types.glsl`, field by field. A test compares names and offsets with the SPIR-V. The
+//! GLSL file documents meanings and units.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, UVec3, UVec4, Vec2, Vec3};
@@ -14,7 +14,7 @@ macro_rules! mirrors {
             pub struct $name { $(pub $field: $type,)* }
         )*
 
-        /// What the SPIR-V must say of every mirror.
+        /// Expected layout of every mirror in the SPIR-V.
         #[cfg(test)]
         const MIRRORS: &[crate::gpu::StructLayout] = &[$(crate::gpu::StructLayout {
             name: stringify!($name),
@@ -25,89 +25,89 @@ macro_rules! mirrors {
 }
 
 mirrors! {
-    Triangle { position: Vec3, object: u32, edge1: Vec3, blocks: u32, edge2: Vec3, twin: u32, }
+    Triangle { position: Vec3, object: u32, edge1: Vec3, flags: u32, edge2: Vec3, twin: u32, }
     Normals { n0: Vec3, uv0: u32, n1: Vec3, uv1: u32, n2: Vec3, uv2: u32, }
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
-    Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, is_curved: u32, }
+    Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, is_mesh: u32, }
     Light {
         place: Vec3, size: f32, power: Vec3, is_lamp: u32,
         axis1: Vec3, half_azimuth: f32, axis2: Vec3, half_sine: f32,
     }
-    Receiver {
+    PlanarReceiver {
         origin: Vec3, tile_x: u32,
         edge_u: Vec3, tile_y: u32,
         edge_v: Vec3, width: u32,
         normal: Vec3, height: u32,
     }
-    Curved {
+    MeshReceiver {
         tile_x: u32, tile_y: u32, width: u32, height: u32,
         first_texel: u32, first_node: u32, levels: u32, unused: u32,
     }
     AtlasTexel { position: Vec3, area: f32, normal: Vec3, source: u32, }
     AtlasSamples { triangles: UVec4, weights: UVec4, }
     AtlasNode {
-        centre: Vec3, radius: f32, diagonal: Vec3, widest: f32,
-        beside: Vec3, sine: f32, axis: Vec3, unused: f32,
+        centre: Vec3, radius: f32, diagonal: Vec3, max_trace: f32,
+        off_diagonal: Vec3, sine: f32, axis: Vec3, unused: f32,
     }
-    Reflector { triangle: u32, first_patch: u32, subdivision: u32, share_end: u32, }
+    LitTriangle { triangle: u32, first_patch: u32, subdivision: u32, share_end: u32, }
     Patch {
         position: Vec3, triangle: u32,
         normal: Vec3, area: f32,
         edge1: Vec3, object: u32,
         edge2: Vec3, unused0: f32,
-        bend1: Vec3, unused1: f32,
-        bend2: Vec3, unused2: f32,
+        normal_du: Vec3, unused1: f32,
+        normal_dv: Vec3, unused2: f32,
     }
     Footprint {
         centre: Vec2, slant: Vec2, conic: Vec3, flatness: f32, peak: Vec3, bulge_x: f32,
-        cut: Vec3, bulge_y: f32, lower: Vec2, upper: Vec2,
+        clip: Vec3, bulge_y: f32, lower: Vec2, upper: Vec2,
     }
-    LightImage {
+    PinholeImage {
         foot: Vec2, lower: Vec2, upper: Vec2, size: Vec2,
         ahead: Vec3, sharp_azimuth: f32, east: Vec3, sharp_sine: f32, up: Vec3, shear: f32,
-        cosine: Vec3, sine: f32, radiance: Vec3, ratio: f32, normal: Vec3, reflects: f32,
+        cosine: Vec3, sine: f32, radiance: Vec3, eta: f32, normal: Vec3, reflects: f32,
     }
-    Spot {
-        centre: Vec3, flatness: f32, u: Vec3, before: f32, v: Vec3, low: u32, along: Vec3, high: u32,
-        conic: Vec3, tolerance: f32, peak: Vec3, base: i32, hit: Vec3, stride: i32,
-        front: Vec3, growth: f32,
+    MeshFootprint {
+        centre: Vec3, flatness: f32, u: Vec3, travelled: f32, v: Vec3, low: u32, direction: Vec3, high: u32,
+        conic: Vec3, tolerance: f32, peak: Vec3, base: i32, occluder: Vec3, stride: i32,
+        occluder_normal: Vec3, growth: f32,
     }
-    Beam {
+    TriangleSplat {
         irradiance: Vec3, unused0: f32,
         corner0: Vec2, corner1: Vec2, corner2: Vec2, lower: Vec2, upper: Vec2, unused1: Vec2,
     }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 
-    SamplePush { first_patch: u32, patch_count: u32, reflector_count: u32, }
+    SamplePush { first_patch: u32, patch_count: u32, lit_triangle_count: u32, }
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32,
         first_light: u32, receiver_count: u32, lobes: u32, spread: f32,
-        flat_spread: f32, trace: u32, clustered: u32, product: u32,
+        flat_spread: f32, can_occlude: u32, clustered: u32, product: u32,
     }
     CompactPush { pair_count: u32, slots: u32, }
     LevelsPush { receiver_count: u32, rows: u32, }
-    DilatePush { curved: u32, first_row: u32, }
-    /// Of all that is drawn into the light maps.
+    DilatePush { receiver: u32, first_row: u32, }
+    /// Push constants of all vertex shaders that draw into the light maps.
     DrawPush { atlas_size: Vec2, }
     ResolvePush { level: i32, first_row: i32, }
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
-        reflector_count: u32, receiver_count: u32, curved_count: u32, lobes: u32, trace: u32,
+        lit_triangle_count: u32, receiver_count: u32, mesh_receiver_count: u32, lobes: u32, can_occlude: u32,
         area: f32,
     }
     PinholePush {
         first: UVec2, receiver: u32, first_patch: u32,
-        batch_patches: u32, sun_count: u32, epsilon: f32, spread: f32,
-        rotation: f32, has_environment: u32, trace: u32, is_curved: u32,
+        batch_patches: u32, light_count: u32, epsilon: f32, spread: f32,
+        rotation: f32, has_environment: u32, can_occlude: u32, is_mesh: u32,
     }
     DirectPush {
         first: UVec2, receiver: u32, triangle: u32,
-        sun_count: u32, has_environment: u32, rotation: f32, is_curved: u32,
+        light_count: u32, has_environment: u32, rotation: f32, is_mesh: u32,
     }
     ShadePush {
-        eye: Vec3, sun_count: u32,
+        eye: Vec3, light_count: u32,
         right: Vec3, has_environment: u32,
         up: Vec3, rotation: f32,
         forward: Vec3, side: u32,
@@ -127,14 +127,14 @@ pub const DIFFUSE: u32 = 0;
 pub const MIRROR: u32 = 1;
 pub const CONDUCTOR: u32 = 2;
 pub const DIELECTRIC: u32 = 3;
-/// Bits of [`Triangle::blocks`]
-pub const BLOCKS: u32 = 1;
-pub const IS_CURVED: u32 = 2;
+/// Bits of [`Triangle::flags`]
+pub const OCCLUDES: u32 = 1;
+pub const IS_MESH_RECEIVER: u32 = 2;
 /// [`AtlasTexel::source`]
 pub const NO_TEXEL: u32 = u32::MAX;
 /// [`AtlasSamples::triangles`]
 pub const NO_TRIANGLE: u32 = u32::MAX;
-/// Sides of a leaf of a curved receiver's quadtree, texels.
+/// Side of a leaf of a mesh receiver's quadtree, texels.
 pub const LEAF: u32 = 8;
 /// [`Object::receiver`]
 pub const NO_RECEIVER: i32 = -1;
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn mirrors_match_the_spirv() {
         assert_eq!(differences(MIRRORS), Vec::<String>::new());
-        // A shifted field, a wrong size and an unknown struct are seen.
+        // A shifted field, a wrong size and an unknown struct are detected.
         for (name, size, fields) in [
             (
                 "Node",

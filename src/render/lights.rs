@@ -1,16 +1,16 @@
-//! lights: suns, lamps and what is like a sun in the environment, packed for the device and classified.
+//! lights: suns, lamps and sun-like cells of the environment, packed for the device and classified.
 //!
-//! A light is narrow where it blurs so much less than a texel that its width does not count. Under narrow lights a
-//! patch's image is a triangle, exact but for the blur; under wide ones it is a kernel, exact in
-//! its blur but for the triangle. Kernels reach beyond their patches and triangles do not, so that where
-//! the two meet their sum is uneven: a light has the one or the other everywhere, and keeps it when things
-//! move.
+//! A light is narrow where its blur is much smaller than a texel, so that its width does not matter. Under narrow
+//! lights the image of a patch is a triangle, which is exact except for the blur. Under wide lights the image is a
+//! kernel, whose blur is right but whose shape is approximate. Kernels overlap their neighbours and triangles do not,
+//! so their sum would be uneven where the two meet. Each light therefore uses one of them everywhere, and keeps it when
+//! the scene moves.
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::optics::{reflect, refract};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{self, Light, Receiver};
+use crate::render::gpu_types::{self, Light, PlanarReceiver};
 use crate::render::settings::Method;
 use crate::scene::{EnvironmentMap, LightKind, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
@@ -18,10 +18,10 @@ use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Cells of an environment that count as suns, at most.
-pub const MOST_ENVIRONMENT_SUNS: usize = 4;
+/// Maximum number of environment cells that act as suns.
+pub const MAX_ENVIRONMENT_SUNS: usize = 4;
 
-/// Lights whose light is imaged by the same patches.
+/// A range of lights that the same patches project.
 #[derive(Debug, Clone, Copy)]
 pub struct LightGroup {
     pub first_light: u32,
@@ -30,13 +30,13 @@ pub struct LightGroup {
 }
 
 impl LightGroup {
-    /// Pairs of a light and a patch.
+    /// Number of pairs of light and patch.
     pub fn pairs(&self) -> u64 {
         u64::from(self.light_count) * u64::from(self.patch_count)
     }
 }
 
-/// Which lights a projector projects.
+/// The lights that a projector uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     Narrow,
@@ -50,9 +50,9 @@ pub enum Source {
 /// The lights' buffer, and which of them are narrow.
 pub struct DeviceLights {
     pub buffer: Buffer,
-    /// Suns and lamps of the scene; those of the environment follow.
+    /// Number of suns and lamps of the scene; sun-like cells of the environment follow them.
     pub scene_count: u32,
-    /// By light: whether its footprints on planar receivers are triangles.
+    /// Per light: whether its images on planar receivers are triangles.
     are_narrow: Vec<bool>,
     narrow: Vec<Range<u32>>,
     wide: Vec<Range<u32>>,
@@ -61,16 +61,16 @@ pub struct DeviceLights {
 }
 
 impl DeviceLights {
-    /// Room for all lights of `scene`.
+    /// Allocates for all lights of `scene`.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device's memory does not suffice.
+    /// [`Error::Device`] if device memory is insufficient.
     pub fn new(context: &Arc<Context>, scene: &Scene, method: Method) -> Result<Self> {
         let is_light = |kind: &LightKind| !matches!(kind, LightKind::Environment { .. });
         let count = (scene.lights.iter())
             .filter(|light| is_light(&light.kind))
             .count();
-        let bytes = (count + MOST_ENVIRONMENT_SUNS) * size_of::<Light>();
+        let bytes = (count + MAX_ENVIRONMENT_SUNS) * size_of::<Light>();
         Ok(Self {
             buffer: Buffer::new(context, "lights", bytes as u64)?,
             scene_count: count as u32,
@@ -82,7 +82,8 @@ impl DeviceLights {
         })
     }
 
-    /// Writes the lights. They are classified once, those of the environment once for each environment.
+    /// Writes the lights. Each light is classified once; the environment's suns are classified again for a new
+    /// environment.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -122,12 +123,12 @@ impl DeviceLights {
             .collect()
     }
 
-    /// Suns, lamps, and what is like a sun in the environment.
+    /// Number of suns, lamps, and sun-like cells of the environment.
     pub fn count(&self) -> u32 {
         self.are_narrow.len() as u32
     }
 
-    /// Those of a source, with so many patches. Of the environment there are none here.
+    /// The lights of a source, with `patch_count` patches. Empty for the environment.
     pub fn groups(
         &self,
         source: Source,
@@ -153,7 +154,7 @@ pub struct PackedLights<'a> {
     pub environment: Option<EnvironmentLight<'a>>,
 }
 
-/// An environment as it is now.
+/// The present state of an environment.
 #[derive(Clone, Copy)]
 pub struct EnvironmentLight<'a> {
     pub map: &'a Arc<EnvironmentMap>,
@@ -191,7 +192,7 @@ pub fn pack(scene: &Scene, origin: DVec3) -> Result<PackedLights<'_>> {
             } => lights.push(gpu_types::Light {
                 place: (*position - origin).as_vec3(),
                 size: *radius as f32,
-                // Into all of the sphere of directions, W/sr.
+                // Radiant intensity into the whole sphere, W/sr.
                 power: (*radiant_flux / (4.0 * PI)).as_vec3(),
                 is_lamp: 1,
                 ..Default::default()
@@ -221,26 +222,25 @@ pub fn pack(scene: &Scene, origin: DVec3) -> Result<PackedLights<'_>> {
     })
 }
 
-/// The root of the covariance of the directions of a sun's disc: of radius a, a²/4 on each axis.
+/// A root of the covariance of the directions of a sun's disc. The variance of a disc of radius a is a²/4 on each axis.
 pub fn disc_axes(direction: DVec3, angular_radius: f64) -> [Vec3; 2] {
     let (a, b) = direction.any_orthonormal_pair();
     [a, b].map(|axis| (0.5 * angular_radius * axis).as_vec3())
 }
 
-/// Variance of the light's image over that of a texel, up to which a light is narrow. On the ring at
-/// 256², where it is 0.12 for a sun of 0.27°, triangles and kernels had L1 2.3 and 3.1 % with 4 k patches,
-/// 0.6 and 1.1 % with 64 k; at 512², where it is 0.5, 1.3 and 0.9 %. On `bumps` at 128², where it is 0.25,
-/// 3.2 and 0.8 %.
+/// Maximum variance of a narrow light's image over the variance of a texel. On the ring at 256², where a sun of 0.27°
+/// has 0.12, triangles and kernels had L1 2.3 and 3.1 % with 4 k patches, 0.6 and 1.1 % with 64 k; at 512², where it
+/// has 0.5, 1.3 and 0.9 %; on `bumps` at 128², where it has 0.25, 3.2 and 0.8 %.
 const NARROW: f64 = 0.15;
-/// Triangles that are sampled.
+/// Number of triangles that are sampled.
 const SAMPLED: usize = 4096;
 
-/// Whether `light` is narrow on the whole, where its light by the middles of the specular triangles meets
+/// Whether `light` is narrow on average, over the rays from the centroids of the casters' triangles that meet
 /// receivers.
 pub fn is_narrow(
     scene: &Scene,
     store: &TriangleStore,
-    receivers: &[Receiver],
+    receivers: &[PlanarReceiver],
     light: &Light,
 ) -> bool {
     let places: Vec<(&MaterialKind, u32)> = (scene.specular_objects())
@@ -279,19 +279,19 @@ pub fn is_narrow(
     sum <= NARROW * weights
 }
 
-/// Unit direction toward the light from x, and the variance of its directions on an axis.
+/// Unit direction toward the light from x, and the variance of the light's directions on each axis.
 pub fn directions(light: &Light, x: Vec3) -> (DVec3, f64) {
     if light.is_lamp == 0 {
         let both = light.axis1.length_squared() + light.axis2.length_squared();
         (light.place.as_dvec3(), 0.5 * f64::from(both))
     } else {
-        let way = (light.place - x).as_dvec3();
-        let radius = f64::from(light.size) / way.length();
-        (way.normalize_or_zero(), 0.25 * radius * radius)
+        let to_light = (light.place - x).as_dvec3();
+        let radius = f64::from(light.size) / to_light.length();
+        (to_light.normalize_or_zero(), 0.25 * radius * radius)
     }
 }
 
-/// Where a surface with this normal sends light that comes from `toward`.
+/// Directions in which a surface with this normal reflects and refracts light that comes from `toward`.
 pub fn outgoing_directions(
     material: &MaterialKind,
     normal: DVec3,
@@ -309,11 +309,11 @@ pub fn outgoing_directions(
     reflected.into_iter().chain(refracted)
 }
 
-/// From x to where a ray along `way` meets the receiver's front, m.
-fn distance_to(receiver: &Receiver, x: Vec3, way: Vec3) -> Option<f64> {
-    let along = way.dot(receiver.normal);
+/// Distance from x along `direction` to the receiver's front, m.
+fn distance_to(receiver: &PlanarReceiver, x: Vec3, direction: Vec3) -> Option<f64> {
+    let along = direction.dot(receiver.normal);
     let distance = (receiver.origin - x).dot(receiver.normal) / along;
-    let from_corner = x + distance * way - receiver.origin;
+    let from_corner = x + distance * direction - receiver.origin;
     let inside = [receiver.edge_u, receiver.edge_v]
         .iter()
         .all(|edge| (0.0..=edge.length_squared()).contains(&from_corner.dot(*edge)));

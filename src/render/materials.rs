@@ -1,10 +1,11 @@
-//! Objects as the shaders see them: their material and their receiver.
+//! Objects for the shaders: material and receiver.
 
 use crate::render::gpu_types::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 
-/// By object. `receiver_of`: an object's index among the receivers of its kind, and whether it is a mesh.
+/// One per object. `receiver_of` gives an object's index among the receivers of its kind, and whether the receiver is a
+/// mesh.
 pub fn objects(
     scene: &Scene,
     receiver_of: impl Fn(usize) -> Option<(u32, bool)>,
@@ -43,6 +44,6 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> g
         index: index.as_vec3(),
         extinction: extinction.as_vec3(),
         receiver: receiver.map_or(NO_RECEIVER, |(index, _)| index as i32),
-        is_curved: receiver.map_or(0, |(_, is_curved)| u32::from(is_curved)),
+        is_mesh: receiver.map_or(0, |(_, is_mesh)| u32::from(is_mesh)),
     }
 }

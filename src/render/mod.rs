@@ -1,10 +1,11 @@
-//! The renderer, and what a host must know of it. `frame.rs` has every pass and barrier.
+//! The renderer and its interface for hosts. `frame.rs` lists every pass and barrier.
 //!
 //! ```text
 //! scene ─► geometry, lights, receivers ─► patches ─► splat ─► view
 //! ```
-//! Each folder is a step and knows its inputs and outputs only. [`Renderer::record`] records a frame into a command
-//! buffer of a host; the blocking calls, for programs without Vulkan of their own, record and submit the same.
+//! Each folder is a stage and depends only on the stages before it. [`Renderer::record`] records a frame into a command
+//! buffer of a host. The blocking calls, for programs without Vulkan of their own, record the same passes and submit
+//! them.
 
 mod device_scene;
 mod diagnostics;
@@ -39,23 +40,24 @@ use ash::vk;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// What a host wants of a frame.
+/// The contents of a frame.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
-    /// The scene as it is now: places, sizes, directions and colours may differ from the last frame's, not what there is.
+    /// The present scene. Positions, sizes, directions and colours may differ from the last frame; the structure may
+    /// not.
     pub scene: &'a Scene,
-    /// Also the direct light of all lights, into [`Output::direct_map`].
+    /// Whether to compute the direct light of all lights into [`Output::direct_map`].
     pub direct: bool,
 }
 
-/// Where a recorded frame leaves its results. They stay the same until the renderer is dropped.
+/// The results of a recorded frame. The handles stay valid until the renderer is dropped.
 #[derive(Debug, Clone, Copy)]
 pub struct Output<'a> {
-    /// Caustic irradiance of all receivers, W/m² in linear RGB, a tile each; alpha is undefined.
+    /// Caustic irradiance of all receivers, W/m² in linear RGB, one tile each; alpha is undefined.
     pub light_map: MapImage,
-    /// Direct irradiance, in the same tiles; undefined where the frame did not ask for it.
+    /// Direct irradiance in the same tiles; undefined if the frame did not ask for it.
     pub direct_map: MapImage,
-    /// What the host must wait for before it reads the maps, and make visible.
+    /// The stages and accesses that the host must wait for and make visible before it reads the maps.
     pub last_stage: vk::PipelineStageFlags2,
     pub last_access: vk::AccessFlags2,
     pub receivers: &'a [ReceiverTile],
@@ -66,27 +68,27 @@ pub struct Output<'a> {
 pub struct MapImage {
     pub image: vk::Image,
     pub view: vk::ImageView,
-    /// It is in this layout whenever the renderer does not run, and has to be in it when it does.
+    /// The renderer leaves the image in this layout and expects it in this layout.
     pub layout: vk::ImageLayout,
     /// Texels.
     pub size: [u32; 2],
 }
 
-/// A receiver's part of the maps.
+/// A receiver's tile of the maps.
 #[derive(Debug, Clone, Copy)]
 pub struct ReceiverTile {
     /// Index into [`Scene::objects`].
     pub object: usize,
-    /// Its top left texel, and its texels.
+    /// Top left texel, and size in texels.
     pub origin: [u32; 2],
     pub size: [u32; 2],
-    /// From a rectangle's coordinates (u along `edge_u`, v along `edge_v`, 0 to 1), or a mesh's texture coordinates with v
-    /// from the bottom, to those of the map: `uv * scale + offset`.
+    /// Transform to the coordinates of the map, `uv * scale + offset`. uv are a rectangle's coordinates (u along
+    /// `edge_u`, v along `edge_v`, 0 to 1) or a mesh's texture coordinates (v upward).
     pub scale: [f32; 2],
     pub offset: [f32; 2],
 }
 
-/// A scene on a device, ready to be rendered again and again.
+/// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
     context: Arc<Context>,
     settings: Settings,
@@ -96,17 +98,17 @@ pub struct Renderer {
     tiles: Vec<ReceiverTile>,
     caustic: Caustic,
     direct: Direct,
-    /// For the light map and the direct map, where there are mesh receivers.
+    /// For the light map and the direct map, if there are mesh receivers.
     dilate: Option<[Dilate; 2]>,
     shade: Option<Shade>,
     recorder: Recorder,
-    /// Stages that were replaced, which frames in flight may still use, and how many more frames they are kept.
+    /// Replaced stages that frames in flight may still use, each with the number of frames that it must be kept.
     retired: VecDeque<(u32, Caustic)>,
 }
 
 impl Renderer {
-    /// Allocates what `scene` takes and compiles the passes of `settings.method`. On the device of a host nothing is
-    /// submitted.
+    /// Allocates the resources of `scene` and creates the passes of `settings.method`. On the device of a host, nothing
+    /// is submitted.
     ///
     /// # Errors
     /// [`Error::Usage`] where the scene has nothing to render, [`Error::Device`] where the device
@@ -154,8 +156,8 @@ impl Renderer {
         })
     }
 
-    /// Records a frame into a command buffer of the host: no submission, no waiting, no reading back. What changed in
-    /// the scene is copied first; a scene that stands still costs no copy.
+    /// Records a frame into a command buffer of the host, without submission, waiting or reading back. Changes of the
+    /// scene are copied first; an unchanged scene costs no copy.
     ///
     /// # Errors
     /// As [`Renderer::update`], before anything is recorded, and [`Error::Host`] where the context is not that of a host
@@ -196,7 +198,7 @@ impl Renderer {
         })
     }
 
-    /// Drops what no frame in flight uses any more.
+    /// Drops the stages that no frame in flight uses.
     fn retire(&mut self) {
         self.retired.iter_mut().for_each(|(frames, _)| *frames -= 1);
         while self.retired.front().is_some_and(|(frames, _)| *frames == 0) {
@@ -204,12 +206,11 @@ impl Renderer {
         }
     }
 
-    /// Takes over what has changed in `scene` since the last frame. The next [`Renderer::caustic`],
-    /// [`Renderer::view`] or [`Renderer::record`] shows it. Only what changed is copied, and no
-    /// pipeline is compiled again.
+    /// Applies the changes of `scene` since the last frame to the next [`Renderer::caustic`], [`Renderer::view`] or
+    /// [`Renderer::record`]. Only changes are copied, and no pipeline is compiled again.
     ///
-    /// Each triangle stays divided as it was when the renderer was made, so that nothing flickers; the
-    /// number of patches follows how many of them are lit.
+    /// The subdivision of each triangle is fixed when the renderer is made, which avoids flicker. The number of patches
+    /// depends on the number of lit triangles.
     ///
     /// # Errors
     /// [`Error::Usage`] where `scene` has other objects, shapes, kinds of material or lights, or
@@ -220,7 +221,7 @@ impl Renderer {
         if self.scene.update(&self.context, scene)? {
             let made = stages::caustic(&self.context, &self.scene, &self.light_map, &self.settings);
             let stages = made.inspect_err(|_| {
-                // The stages still have the old room, which these patches would not fit into.
+                // The stages keep their old capacity, which these patches exceed.
                 self.scene.casters.patch_capacity = capacity;
                 self.scene.casters.clear();
             })?;
@@ -231,7 +232,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// What is left out and why, for the user.
+    /// Notes for the user: what is omitted, and why.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if !self.scene.geometry.can_occlude {
@@ -254,7 +255,7 @@ impl Renderer {
         notes
     }
 
-    /// Patches (or points) in use, clusters for the environment included.
+    /// Number of patches or points in use, including the environment's patch clusters.
     pub fn samples(&self) -> u32 {
         let casters = &self.scene.casters;
         match &self.caustic {
@@ -267,8 +268,8 @@ impl Renderer {
         }
     }
 
-    /// Patches that threw light on a receiver in the last [`Renderer::caustic`], each counted once
-    /// a light; `None` for methods other than `footprint`, under an environment, or where a receiver is a mesh.
+    /// Number of patches that lit a receiver in the last [`Renderer::caustic`], counted once for each light. `None` for
+    /// methods other than `footprint`, under an environment, or if a receiver is a mesh.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -288,7 +289,7 @@ impl Renderer {
             .map(Some)
     }
 
-    /// Submits every pass on its own from now on, so that [`Renderer::take_times`] has wall times.
+    /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
     pub fn wait_each_pass(&mut self, wait: bool) {
         self.recorder.wait_each_pass(wait);
     }
@@ -298,12 +299,12 @@ impl Renderer {
         self.recorder.take_times()
     }
 
-    /// Submissions of the last frame: one that would run long on this device is split.
+    /// Submissions of the last frame. A submission that would run long on this device is split.
     pub fn submissions(&self) -> Submissions {
         self.recorder.submissions()
     }
 
-    /// Calls `watcher` after every submission from now on, so that long work can be shown and stopped.
+    /// Calls `watcher` after every submission from now on, so that long work can be shown and cancelled.
     pub fn watch(&mut self, watcher: Option<Watcher>) {
         self.recorder.watch(watcher);
     }
@@ -331,7 +332,7 @@ impl Renderer {
         )
     }
 
-    /// Begins a frame that is waited for.
+    /// Begins a blocking frame.
     fn begin(&mut self) -> Result<()> {
         self.recorder.begin_frame()?;
         self.retired.clear();
@@ -388,7 +389,7 @@ impl Renderer {
     /// [`Error::Device`] where the device fails.
     ///
     /// # Panics
-    /// Where there was no view.
+    /// If no view was rendered.
     pub fn read_view(&self) -> Result<RgbImage> {
         let view = &self.shade.as_ref().expect("a view was rendered").view;
         read(view, [0, 0], [view.width, view.height])
@@ -410,7 +411,7 @@ impl Renderer {
         self.read_tile(&self.direct_map, object)
     }
 
-    /// Texels of a mesh's light map outside of its charts are 0.
+    /// Sets texels of a mesh's light map outside its charts to 0.
     fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
         let tile = (self.tiles.iter())
             .find(|tile| tile.object == object)
@@ -451,7 +452,7 @@ fn tiles(scene: &DeviceScene) -> Vec<ReceiverTile> {
                 offset[axis] = tile.origin[axis] as f32 / all[axis] as f32;
             }
             if is_mesh {
-                // Their v is from the bottom.
+                // The v of a mesh's texture coordinates points upward.
                 offset[1] += scale[1];
                 scale[1] = -scale[1];
             }

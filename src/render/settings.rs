@@ -1,23 +1,23 @@
-//! What to compute and how finely.
+//! The settings of a renderer: method, resolution and options.
 
-/// How the caustic is computed.
+/// The method that computes the caustic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// Patches are imaged to footprints, which are added up.
+    /// Every patch projects footprints onto the receivers, which are added up.
     Footprint,
-    /// Every texel gathers over all patches (Wand & Straßer 2003).
+    /// Every texel gathers light over all patches (Wand & Straßer 2003).
     Pinhole,
     /// Low-discrepancy points, one texel each.
     Points,
-    /// Patches are drawn as triangles between their corners' mirrored rays.
+    /// Patches are drawn as triangles between their corners' outgoing rays.
     Beams,
 }
 
 impl Method {
     pub const ALL: [Self; 4] = [Self::Footprint, Self::Pinhole, Self::Points, Self::Beams];
 
-    /// In reports and on the command line.
+    /// The name in reports and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Footprint => "footprint",
@@ -28,21 +28,21 @@ impl Method {
     }
 }
 
-/// How `beams` compares the area of a patch with that of its image.
+/// The area of the image of a patch, for `beams`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Area {
-    /// The area: the length of the sides' cross product.
+    /// The true area: the length of the sides' cross product.
     True,
-    /// The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`,
-    /// as is widespread. Right only where they are at right angles.
+    /// The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`. This approximation
+    /// is widespread, but correct only where the derivatives are perpendicular.
     Product,
 }
 
 impl Area {
     pub const ALL: [Self; 2] = [Self::True, Self::Product];
 
-    /// In reports and on the command line.
+    /// The name in reports and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::True => "true",
@@ -51,24 +51,24 @@ impl Area {
     }
 }
 
-/// What to compute and how finely.
+/// Method, resolution and options.
 #[derive(Debug, Clone)]
 pub struct Settings {
     pub method: Method,
-    /// Patches asked for on the mirrors' lit faces (at least one a triangle is made), or points.
+    /// Number of patches to aim for on the casters' lit triangles (at least one per triangle), or number of points.
     pub samples: u32,
-    /// `footprint`: parts that an environment is cut into, at most; 8 or more are.
+    /// `footprint`: maximum number of environment cells (at least 8).
     pub sky_parts: u32,
-    /// `footprint`: images of a part of an environment in a patch, about so many for every sample, times the
-    /// environment's share of all light in the first frame.
+    /// `footprint`: pairs of environment cell and patch cluster per sample. The number is scaled by the environment's
+    /// share of all light in the first frame.
     pub sky_images: u32,
     /// `pinhole`: ε of the form factor's d² + ε, in squared patch diameters.
     pub epsilon: f32,
-    /// `pinhole`: blur the light by the patch's curvature.
+    /// `pinhole`: whether the light is blurred by the curvature of the patch.
     pub filter: bool,
-    /// `beams`: what is taken for the area.
+    /// `beams`: the area of the image of a patch.
     pub area: Area,
-    /// Frames that a host may have in flight: recorded and not yet waited for.
+    /// Maximum number of frames in flight of a host: recorded and not yet waited for.
     pub frames_in_flight: u32,
 }
 

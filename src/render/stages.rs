@@ -55,8 +55,8 @@ pub fn caustic(
     }
 }
 
-/// Triangles for narrow lights; for wide ones footprints, which go to coarser levels where they are wide; for an
-/// environment pinhole images where patch clusters are like points, and footprints where not.
+/// Triangles for narrow lights and footprints for wide ones; wide footprints go to coarser levels. For an environment,
+/// pinhole images where patch clusters act as pinholes, and footprints elsewhere.
 fn by_footprints(
     context: &Arc<Context>,
     scene: &DeviceScene,

@@ -1,8 +1,7 @@
-//! An environment as cells: parts of the sky that are imaged like suns, each a rectangle of azimuth and sine
-//! of elevation with a mean radiance.
+//! Environment cells: rectangles of azimuth and sine of elevation with a mean radiance, which act as lights.
 //!
-//! They tile the sky, so that what is even stays even, and are cut where that leaves the least light out of
-//! its place: along the edges of windows first.
+//! The cells tile the sphere, so that constant radiance stays constant. Splits minimise the displacement of light and
+//! therefore follow the edges of windows first.
 
 use crate::render::environment::mips::mip_chain;
 use crate::render::gpu_types;
@@ -13,38 +12,37 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::f64::consts::{PI, TAU};
 
-/// Rows of the image at which the sky is cut, at most.
-const ROWS: u32 = 1024;
-/// And at least: pixels of a smaller image are cut, too.
-const FEWEST_ROWS: u32 = 64;
-/// How much of the light of an even part counts as out of place, beside what differs from its mean: what is
-/// seen of a cell is seen of all of it, and light bends alike from all of it. 0.25 to 2.5 gave the same.
+/// Maximum number of rows of the image whose pixels are split.
+const MAX_ROWS: u32 = 1024;
+/// Minimum number of rows: pixels of smaller images are subdivided.
+const MIN_ROWS: u32 = 64;
+/// Share of the light of a constant rect that counts as displaced, in addition to the light that differs from the mean:
+/// visibility and refraction are evaluated once for the whole cell. 0.25 to 2.5 gave the same results.
 const EVEN_SHARE: f64 = 0.7;
-/// Cells wider than this, rad, count as worse than they are: a quarter of the sky has no middle.
-const WIDEST: f64 = 1.6;
-/// Variance of a cell's kernel over the cell's, where it has one, so that neighbours add up evenly: as of a
-/// patch's.
+/// Extent of a cell, rad, above which its error is raised: very wide cells have no meaningful centre.
+const MAX_EXTENT: f64 = 1.6;
+/// Variance of a cell's kernel over the cell's variance, so that neighbouring kernels add up evenly, as for patches.
 const SPREAD: f64 = 1.3;
 
-/// A part of the sky, before it is turned by the rotation of the environment.
+/// An environment cell, before the rotation of the environment.
 pub struct EnvironmentCell {
-    /// Of its middle, rad.
+    /// Azimuth of the cell's centre, rad.
     azimuth: f64,
     half_azimuth: f64,
-    /// Of the elevation of its middle.
+    /// Sine of the elevation of the cell's centre.
     sine: f64,
     half_sine: f64,
-    /// On a plane that faces it, W/m² at scale 1.
+    /// Irradiance of a plane that faces the cell, W/m² at scale 1.
     irradiance: DVec3,
 }
 
 impl EnvironmentCell {
-    /// The light that it is. `rotation` in rad.
+    /// The cell as a light whose kernel overlaps its neighbours. `rotation` in rad.
     pub fn light(&self, scale: f32, rotation: f32) -> gpu_types::Light {
         self.spread_light(scale, rotation, SPREAD)
     }
 
-    /// The light that it is where it need not run into others.
+    /// The cell as a light of its own variance, for a cell that acts as a sun.
     pub fn sun(&self, scale: f32, rotation: f32) -> gpu_types::Light {
         self.spread_light(scale, rotation, 1.0)
     }
@@ -59,7 +57,7 @@ impl EnvironmentCell {
         let [across, along] = self.deviations().map(|deviation| deviation * spread.sqrt());
         gpu_types::Light {
             place: DVec3::new(cosine * x, self.sine, cosine * z).as_vec3(),
-            // As if it were a disc of this variance.
+            // The radius of the disc with this variance.
             size: (2.0 * (across * across + along * along)).sqrt() as f32,
             power: scale * self.irradiance.as_vec3(),
             is_lamp: 0,
@@ -70,7 +68,7 @@ impl EnvironmentCell {
         }
     }
 
-    /// Of its directions, rad: level and upward.
+    /// Standard deviations of its directions, rad: horizontal and vertical.
     fn deviations(&self) -> [f64; 2] {
         let elevation = |sine: f64| sine.clamp(-1.0, 1.0).asin();
         let [low, high] = [-1.0, 1.0].map(|side| elevation(self.sine + side * self.half_sine));
@@ -79,7 +77,7 @@ impl EnvironmentCell {
     }
 }
 
-/// A rectangle of pixels of the image at which the sky is cut.
+/// A rectangle of pixels of the image.
 #[derive(Debug, Clone, Copy)]
 pub struct CellRect {
     left: usize,
@@ -88,14 +86,14 @@ pub struct CellRect {
     bottom: usize,
     /// Sum over the colours, W/m².
     pub flux: f64,
-    /// Of the directions, both axes together.
+    /// Variance of the directions, both axes together.
     pub variance: f64,
-    /// Light times how far it is out of place, W/m² rad.
+    /// Light times its displacement, W/m² rad.
     pub error: f64,
 }
 
 impl CellRect {
-    fn can_be_cut(&self) -> bool {
+    fn can_be_split(&self) -> bool {
         self.error > 0.0 && (self.right - self.left > 1 || self.bottom - self.top > 1)
     }
 }
@@ -112,20 +110,20 @@ impl PartialOrd for CellRect {
     }
 }
 impl Ord for CellRect {
-    /// Equal errors by place, so that divisions do not depend on chance.
+    /// Rects of equal error are ordered by position, so that the result is deterministic.
     fn cmp(&self, other: &Self) -> Ordering {
-        let place = |part: &CellRect| (part.top, part.left);
+        let place = |rect: &CellRect| (rect.top, rect.left);
         (self.error.total_cmp(&other.error)).then_with(|| place(other).cmp(&place(self)))
     }
 }
 
-/// Divisions of an environment.
+/// Subdivisions of an environment into rects.
 pub struct Subdivision<'a> {
     map: Cow<'a, EnvironmentMap>,
     width: usize,
     height: usize,
-    /// By count.
-    pub parts: Vec<Vec<CellRect>>,
+    /// Per number of rects asked for.
+    pub rects: Vec<Vec<CellRect>>,
 }
 
 /// Sums over all pixels above and left of a corner: solid angle, flux, flux × radiance.
@@ -159,7 +157,7 @@ impl Sums {
         }
     }
 
-    fn part(&self, [left, top, right, bottom]: [usize; 4]) -> CellRect {
+    fn rect(&self, [left, top, right, bottom]: [usize; 4]) -> CellRect {
         let at = |x: usize, y: usize| self.corners[y * (self.width + 1) + x];
         let [a, b, c, d] = [
             at(left, top),
@@ -174,7 +172,7 @@ impl Sums {
         let variance = (level * level + up * up) / 12.0;
         // At least the sum of |radiance - mean| (Cauchy & Schwarz).
         let uneven = (square * solid_angle - flux * flux).max(0.0).sqrt();
-        let too_wide = (across.max(up) / WIDEST).max(1.0).powi(4);
+        let too_wide = (across.max(up) / MAX_EXTENT).max(1.0).powi(4);
         CellRect {
             left,
             top,
@@ -186,20 +184,20 @@ impl Sums {
         }
     }
 
-    /// The two parts of the least error.
-    fn cut(&self, part: &CellRect) -> [CellRect; 2] {
+    /// The split with the smallest error.
+    fn split(&self, rect: &CellRect) -> [CellRect; 2] {
         let &CellRect {
             left,
             top,
             right,
             bottom,
             ..
-        } = part;
+        } = rect;
         let upright = (left + 1..right).map(|x| [[left, top, x, bottom], [x, top, right, bottom]]);
         let level = (top + 1..bottom).map(|y| [[left, top, right, y], [left, y, right, bottom]]);
         upright
             .chain(level)
-            .map(|halves| halves.map(|half| self.part(half)))
+            .map(|halves| halves.map(|half| self.rect(half)))
             .min_by(|a, b| {
                 let error = |[a, b]: &[CellRect; 2]| a.error + b.error;
                 error(a).total_cmp(&error(b))
@@ -208,47 +206,47 @@ impl Sums {
     }
 }
 
-/// Divisions of `map` into `counts` parts, rising, or as many as there are pixels.
+/// Subdivides `map` into `counts` rects (increasing), or as many as there are pixels.
 pub fn subdivide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Subdivision<'a> {
     let map = enlarged(map);
     let (width, height, radiance) = (mip_chain(&map, 1.0).into_iter())
-        .find(|(_, height, _)| *height <= ROWS)
+        .find(|(_, height, _)| *height <= MAX_ROWS)
         .expect("the last level has one row");
     let sums = Sums::new(&EnvironmentMap {
         width,
         height,
         radiance,
     });
-    let (mut heap, mut whole) = (BinaryHeap::new(), Vec::new());
-    heap.push(sums.part([0, 0, sums.width, sums.height]));
-    let parts = (counts.iter())
+    let (mut heap, mut unsplittable) = (BinaryHeap::new(), Vec::new());
+    heap.push(sums.rect([0, 0, sums.width, sums.height]));
+    let rects = (counts.iter())
         .map(|&count| {
-            while heap.len() + whole.len() < count {
+            while heap.len() + unsplittable.len() < count {
                 match heap.pop() {
-                    Some(worst) if worst.can_be_cut() => heap.extend(sums.cut(&worst)),
-                    Some(worst) => whole.push(worst),
+                    Some(worst) if worst.can_be_split() => heap.extend(sums.split(&worst)),
+                    Some(worst) => unsplittable.push(worst),
                     None => break,
                 }
             }
-            let mut parts: Vec<CellRect> = heap.iter().chain(&whole).copied().collect();
-            parts.retain(|part| part.flux > 0.0);
-            parts.sort_by_key(|part| (part.top, part.left));
-            parts
+            let mut rects: Vec<CellRect> = heap.iter().chain(&unsplittable).copied().collect();
+            rects.retain(|rect| rect.flux > 0.0);
+            rects.sort_by_key(|rect| (rect.top, rect.left));
+            rects
         })
         .collect();
     Subdivision {
         map,
         width: sums.width,
         height: sums.height,
-        parts,
+        rects,
     }
 }
 
 impl Subdivision<'_> {
-    /// The rectangle with the mean and variance of the light in a part, which for an even part is the part.
-    pub fn cell(&self, part: &CellRect) -> EnvironmentCell {
+    /// The cell with the mean and variance of the light in a rect. For constant radiance the cell equals the rect.
+    pub fn cell(&self, rect: &CellRect) -> EnvironmentCell {
         let map = &*self.map;
-        // Pixels of the image itself whose middles are within.
+        // Pixels of the full image whose centres are inside.
         let first = |edge: usize, coarse: usize, fine: u32| {
             ((edge * fine as usize) as f64 / coarse as f64 - 0.5).ceil() as u32
         };
@@ -256,12 +254,12 @@ impl Subdivision<'_> {
         let rows = |edge| first(edge, self.height, map.height);
         let mut irradiance = DVec3::ZERO;
         let (mut flux, mut mean, mut square) = (0.0, DVec2::ZERO, DVec2::ZERO);
-        for y in rows(part.top)..rows(part.bottom) {
+        for y in rows(rect.top)..rows(rect.bottom) {
             let solid_angle = solid_angle(map, y);
             let edge = |row: u32| (f64::from(row) * PI / f64::from(map.height)).cos();
             let (low, high) = (edge(y + 1), edge(y));
             let size = DVec2::new(TAU / f64::from(map.width), high - low);
-            for x in columns(part.left)..columns(part.right) {
+            for x in columns(rect.left)..columns(rect.right) {
                 let rgb = map.radiance[(y * map.width + x) as usize];
                 let place = DVec2::new((f64::from(x) + 0.5) * size.x, 0.5 * (low + high));
                 let weight = sum(rgb) * solid_angle;
@@ -283,7 +281,7 @@ impl Subdivision<'_> {
     }
 }
 
-/// Of all its light, on planes that face it, W/m², all channels together.
+/// Total flux density of all directions, each on a plane that faces it, W/m², all channels together.
 pub fn flux(map: &EnvironmentMap) -> f64 {
     let rows = map.radiance.chunks(map.width as usize).enumerate();
     let of_row = |(y, row): (usize, &[[f32; 3]])| -> f64 {
@@ -292,13 +290,10 @@ pub fn flux(map: &EnvironmentMap) -> f64 {
     rows.map(of_row).sum()
 }
 
-/// The map itself, or with every pixel many times.
+/// The map, or a small map with every pixel repeated.
 fn enlarged(map: &EnvironmentMap) -> Cow<'_, EnvironmentMap> {
     let times = |side: u32, least: u32| least.div_ceil(side);
-    let (across, up) = (
-        times(map.width, 2 * FEWEST_ROWS),
-        times(map.height, FEWEST_ROWS),
-    );
+    let (across, up) = (times(map.width, 2 * MIN_ROWS), times(map.height, MIN_ROWS));
     if across == 1 && up == 1 {
         return Cow::Borrowed(map);
     }
@@ -315,7 +310,7 @@ fn sum(rgb: [f32; 3]) -> f64 {
     rgb.iter().map(|&c| f64::from(c)).sum()
 }
 
-/// Of a pixel, sr.
+/// Solid angle of a pixel, sr.
 fn solid_angle(map: &EnvironmentMap, row: u32) -> f64 {
     let edge = |row: u32| (f64::from(row) * PI / f64::from(map.height)).cos();
     (edge(row) - edge(row + 1)) * TAU / f64::from(map.width)
@@ -337,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Whatever the division, also one at fewer or more rows than the image has, the cells have all the light.
+    /// The cells have all the light for every number of rects, and for images with fewer or more rows than are split.
     #[test]
     fn cells_keep_the_light() {
         for height in [1, 256, 2048] {
@@ -354,16 +349,16 @@ mod tests {
                 expected += pixels.sum::<DVec3>() * solid_angle(&map, y as u32);
             }
             assert!((expected.z / (4.0 * PI) - 1.0).abs() < 1e-12);
-            let division = subdivide(&map, &[2, 16, 300]);
-            for parts in &division.parts {
-                let cells = parts.iter().map(|part| division.cell(part));
+            let subdivision = subdivide(&map, &[2, 16, 300]);
+            for rects in &subdivision.rects {
+                let cells = rects.iter().map(|rect| subdivision.cell(rect));
                 let sum: DVec3 = cells.map(|cell| cell.irradiance).sum();
                 assert!((sum / expected - 1.0).abs().max_element() < 1e-6, "{sum}");
             }
         }
     }
 
-    /// A window in an even wall is a cell of its own, and each cell covers its part to the edge.
+    /// A window in a wall of constant radiance is a cell of its own, and each cell covers its rect to the edge.
     #[test]
     fn a_window_is_cut_out() {
         let (columns, rows) = (100..140, 30..64);
@@ -373,22 +368,22 @@ mod tests {
                 false => 1.0,
             }
         });
-        let division = subdivide(&map, &[24]);
+        let subdivision = subdivide(&map, &[24]);
         let mut covered = 0.0;
-        for part in &division.parts[0] {
+        for rect in &subdivision.rects[0] {
             let inside =
                 |x: usize, y: usize| columns.contains(&(x as u32)) && rows.contains(&(y as u32));
-            let is_window = inside(part.left, part.top);
-            assert_eq!(inside(part.right - 1, part.bottom - 1), is_window);
-            let cell = division.cell(part);
-            let expected = (part.right - part.left) as f64 * PI / 256.0;
+            let is_window = inside(rect.left, rect.top);
+            assert_eq!(inside(rect.right - 1, rect.bottom - 1), is_window);
+            let cell = subdivision.cell(rect);
+            let expected = (rect.right - rect.left) as f64 * PI / 256.0;
             assert!((cell.half_azimuth / expected - 1.0).abs() < 1e-6);
             covered += 4.0 * cell.half_azimuth * cell.half_sine;
         }
         assert!((covered / (4.0 * PI) - 1.0).abs() < 1e-3, "{covered}");
     }
 
-    /// A disc of the sky is a light of its covariance.
+    /// A disc in the environment becomes a light with the covariance of the disc.
     #[test]
     fn a_disc_has_its_covariance() {
         let radius = 0.05;
@@ -403,8 +398,8 @@ mod tests {
             radiance: map.radiance.iter().map(|&[r, ..]| [r; 3]).collect(),
             ..map
         };
-        let division = subdivide(&disc, &[1]);
-        let cell = division.cell(&division.parts[0][0]);
+        let subdivision = subdivide(&disc, &[1]);
+        let cell = subdivision.cell(&subdivision.rects[0][0]);
         let light = cell.sun(2.0, 0.3);
         let kernel = cell.light(2.0, 0.3);
         for (light, spread) in [(&light, 1.0), (&kernel, SPREAD)] {

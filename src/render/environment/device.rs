@@ -1,4 +1,4 @@
-//! The environment on the device: its image, and for footprints its cells and the patch clusters that image them.
+//! The environment on the device: its image and, for footprints, its cells and patch clusters.
 
 use crate::error::Result;
 use crate::gpu::{Context, Image, Sampling, Staging};
@@ -16,23 +16,23 @@ pub struct DeviceEnvironment {
     pub is_present: bool,
     /// rad, 0 to 2π.
     pub rotation: f32,
-    /// Of cells and patch clusters, for footprints.
+    /// Pairs of cell and patch cluster, for footprints.
     pub pairs: Option<CellPatchPairs>,
 }
 
-/// What the rest of the scene has to know of an update.
+/// The changes that other parts of the scene depend on.
 pub struct Changed {
-    /// What is like a sun in the environment.
+    /// Cells of the environment that are bright and small, and act as suns.
     pub suns: Vec<Light>,
-    /// Whether the map is another one.
+    /// Whether the map was replaced.
     pub is_another: bool,
 }
 
 impl DeviceEnvironment {
-    /// An image of the scene's environment, or of one texel where there is none.
+    /// Allocates the image of the scene's environment, or an image of one texel where there is none.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device's memory does not suffice.
+    /// [`crate::Error::Device`] if device memory is insufficient.
     pub fn new(context: &Arc<Context>, staging: &mut Staging, scene: &Scene) -> Result<Self> {
         let map = (scene.lights.iter()).find_map(|light| match &light.kind {
             LightKind::Environment { map, .. } => Some(map),
@@ -54,10 +54,11 @@ impl DeviceEnvironment {
         })
     }
 
-    /// Writes what differs from the environment `before`, if the device has that. `lights` are those of the scene.
+    /// Writes the differences from the environment `before`, if the device has one. `lights` are the suns and lamps of
+    /// the scene.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] where there is no memory for its pairs, [`crate::Error::Device`] where the device fails.
+    /// [`crate::Error::Usage`] if host memory is insufficient for its pairs, [`crate::Error::Device`] where the device fails.
     #[allow(clippy::too_many_arguments)] // one call
     pub fn update(
         &mut self,
@@ -101,7 +102,7 @@ impl DeviceEnvironment {
         Ok(changed)
     }
 
-    /// The list of pairs of cell and cluster, as long as one light would have patches.
+    /// The pairs of cell and patch cluster, presented as one light with that many patches.
     pub fn group(&self) -> Option<LightGroup> {
         self.pairs.as_ref().map(|pairs| LightGroup {
             first_light: 0,

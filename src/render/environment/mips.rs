@@ -3,7 +3,7 @@
 use crate::scene::EnvironmentMap;
 use glam::UVec2;
 
-/// The environment and its averages over solid angle down to one texel.
+/// The environment and its mip levels, averages over solid angle, down to one texel.
 pub fn mip_chain(map: &EnvironmentMap, scale: f32) -> Vec<(u32, u32, Vec<[f32; 3]>)> {
     let scaled: Vec<_> = map
         .radiance
@@ -22,7 +22,7 @@ pub fn mip_chain(map: &EnvironmentMap, scale: f32) -> Vec<(u32, u32, Vec<[f32; 3
 
 fn halve(width: u32, height: u32, pixels: &[[f32; 3]]) -> (u32, u32, Vec<[f32; 3]>) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-    // Solid angle of a texel of row y, up to a constant.
+    // Solid angle of a texel of row y, up to a constant factor.
     let weight = |y: u32| {
         let edge = |row: u32| (f64::from(row) / f64::from(height) * std::f64::consts::PI).cos();
         edge(y) - edge(y + 1)

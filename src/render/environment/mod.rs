@@ -1,4 +1,4 @@
-//! environment: light from everywhere, as cells that are imaged by patch clusters.
+//! environment: light from all directions, as cells that patch clusters project.
 
 pub mod cells;
 pub mod device;

@@ -1,11 +1,12 @@
-//! Which cells of an environment are imaged by which patches.
+//! Pairs environment cells with levels of patch clusters.
 //!
-//! Every cell is imaged by all patches of one of some divisions of the mirrors: bright cells get small
-//! patches. Of all ways to spend the pairs, the one is taken with the least light out of its place by the widths of
-//! cells and patches. A sun in the sky is imaged by the patches that other suns get.
+//! Every cell is projected by all patches of one level of the casters' clusters; bright cells get small patches. A
+//! footprint displaces light by the widths of its cell and its patch. Among all ways to spend the budget of pairs, the
+//! one with the smallest total displacement is chosen. A sun in the environment is projected by the same patches as
+//! other suns.
 //!
-//! Halving cells and patches pair by pair, always where that narrows the footprints most, is worse: their
-//! sum is uneven where sizes change.
+//! Halving cells and patches pair by pair, always where that narrows the footprints most, gave worse results: the sum
+//! of the footprints is uneven where sizes change.
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
@@ -13,141 +14,140 @@ use crate::render::environment::cells::{CellRect, EnvironmentCell, flux, subdivi
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::Light;
-use crate::render::lights::{EnvironmentLight, MOST_ENVIRONMENT_SUNS};
+use crate::render::lights::{EnvironmentLight, MAX_ENVIRONMENT_SUNS};
 use crate::render::patches::clusters::{CLUSTERINGS, PatchClusters, Selection};
 use crate::render::settings::Settings;
 use crate::scene::{Geometry, Object, Scene, memory};
 use glam::{DVec3, UVec2, Vec3};
 use std::sync::Arc;
 
-/// Of all flux, what a cell that counts as a sun has at least.
-const SUN_SHARE: f64 = 0.01;
-/// Patches of the coarsest division, and how many times as many the next one has.
-const FEWEST: usize = 16;
-const FINER: usize = 2;
-/// A sun is narrower than this on both axes together, rad²: of a radius of 3°.
-const SUN_WIDEST: f64 = 0.052 * 0.052 / 2.0;
-/// Light out of place by the width of a cell, over as much by that of a patch: where cells are images that
-/// nothing blocks, where something may block them, which then counts for a whole cell, and on meshes, where they
-/// are kernels as wide as themselves.
-/// With 0.5, 0.7 and 1, L1 with 16 k samples was 5.1, 5.0, 5.0 % on `table`, 3.9, 4.1, 4.1 % on the ring under
-/// windows, 5.9, 5.9, 3.9 % under a sky with a sun, but 2.8, 2.8, 3.6 % there with 64 k.
-const FREE: f64 = 0.4;
-const BLOCKED: f64 = 0.7;
-const MESHES: f64 = 8.0;
-/// Fewest cells, and how many times as many are tried next.
-const FEWEST_CELLS: usize = 8;
-const MORE_CELLS: usize = 2;
-/// Of all images, the sky gets at least this share: light may change.
-const LEAST_SHARE: f64 = 1.0 / 16.0;
-/// Bytes for a pair, at most, measured with a million and four million samples.
-const PAIR: u64 = 400;
+/// Minimum share of all flux for a cell that counts as a sun.
+const MIN_SUN_SHARE: f64 = 0.01;
+/// Patches of the coarsest level, and the factor from one level to the next.
+const MIN_PATCHES: usize = 16;
+const PATCH_FACTOR: usize = 2;
+/// Maximum variance of a sun, both axes together, rad²: that of a disc with a radius of 3°.
+const MAX_SUN_VARIANCE: f64 = 0.052 * 0.052 / 2.0;
+/// Weight of the displacement by a cell's width relative to that by a patch's width. Unoccluded: cells are pinhole
+/// images with sharp edges. Occluded: visibility is tested once for a whole cell. Meshes: cells are kernels as wide as
+/// themselves. With 0.5, 0.7 and 1, L1 with 16 k samples was 5.1, 5.0, 5.0 % on `table`, 3.9, 4.1, 4.1 % on the ring
+/// under windows, 5.9, 5.9, 3.9 % under an environment with a sun, but 2.8, 2.8, 3.6 % there with 64 k.
+const WEIGHT_UNOCCLUDED: f64 = 0.4;
+const WEIGHT_OCCLUDED: f64 = 0.7;
+const WEIGHT_MESHES: f64 = 8.0;
+/// Minimum number of cells, and the factor to the next number that is tried.
+const MIN_CELLS: usize = 8;
+const CELL_FACTOR: usize = 2;
+/// Minimum share of the environment in the budget of pairs, because lights may change.
+const MIN_SHARE: f64 = 1.0 / 16.0;
+/// Maximum memory per pair, bytes, measured with one and four million samples.
+const PAIR_BYTES: u64 = 400;
 
-/// Light from everywhere, as footprints see it.
+/// The environment as pairs of cell and patch cluster.
 pub struct CellPatchPairs {
     pub lights: Buffer,
     pub patches: Buffer,
     pub patch_count: u32,
-    /// Patch and light of each.
+    /// Patch and cell of each pair.
     pub pairs: Buffer,
     pub pair_count: u32,
-    /// What is bright and narrow as a sun is, at most [`MOST_ENVIRONMENT_SUNS`].
+    /// Cells that are as bright and small as a sun, at most [`MAX_ENVIRONMENT_SUNS`].
     suns: Vec<EnvironmentCell>,
     cells: Vec<EnvironmentCell>,
-    merged: PatchClusters,
-    /// The patches.
-    wanted: Selection,
+    clusters: PatchClusters,
+    /// The patches in use.
+    selection: Selection,
 }
 
 impl CellPatchPairs {
-    /// About as many pairs as the settings ask for, `sky_images` for every sample, times the sky's share of the light
-    /// beside `suns`: it should be as exact as theirs.
+    /// Chooses about as many pairs as the settings ask for: `sky_images` for every sample, times the environment's
+    /// share of the light beside `suns`, so that both are equally accurate.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is no memory for so many, [`Error::Device`] where the device's does not suffice.
+    /// [`Error::Usage`] if host memory is insufficient, [`Error::Device`] if device memory is insufficient.
     pub fn new(
         context: &Arc<Context>,
         staging: &mut Staging,
         scene: &Scene,
         geometry: &DeviceGeometry,
-        sky: &EnvironmentLight,
+        environment: &EnvironmentLight,
         suns: &[Light],
         settings: &Settings,
     ) -> Result<Self> {
         let store = &geometry.store;
         let weight = match geometry.can_occlude {
-            _ if lights_meshes(scene) => MESHES,
-            true => BLOCKED,
-            false => FREE,
+            _ if lights_meshes(scene) => WEIGHT_MESHES,
+            true => WEIGHT_OCCLUDED,
+            false => WEIGHT_UNOCCLUDED,
         };
-        let share = share_of(sky, suns, scene, store.origin).max(LEAST_SHARE);
+        let share = share_of(environment, suns, scene, store.origin).max(MIN_SHARE);
         let budget =
             (f64::from(settings.samples) * f64::from(settings.sky_images) * share).ceil() as usize;
         let what = format!("{budget} images of parts of the sky");
-        memory::check(&what, PAIR * budget as u64).map_err(|reason| Error::Usage {
+        memory::check(&what, PAIR_BYTES * budget as u64).map_err(|reason| Error::Usage {
             reason,
             remedy: "free some memory, or ask for fewer samples or sky images".into(),
         })?;
         let steps = |first: usize, factor: usize| {
             std::iter::successors(Some(first), move |count| Some(count * factor))
         };
-        let counts: Vec<usize> = steps(FEWEST, FINER)
-            .take_while(|&patches| patches == FEWEST || patches <= budget / FEWEST_CELLS)
+        let counts: Vec<usize> = steps(MIN_PATCHES, PATCH_FACTOR)
+            .take_while(|&patches| patches == MIN_PATCHES || patches <= budget / MIN_CELLS)
             .collect();
         let distance = distance(scene);
         // Every object has patches of its own.
-        let fewest = FEWEST.max(scene.specular_objects().count());
-        let most_cells = (settings.sky_parts as usize)
-            .min(budget / fewest)
-            .max(FEWEST_CELLS);
-        let cell_counts: Vec<usize> = steps(FEWEST_CELLS, MORE_CELLS)
-            .take_while(|&cells| cells < most_cells)
-            .chain([most_cells])
+        let min_patches = MIN_PATCHES.max(scene.specular_objects().count());
+        let max_cells = (settings.sky_parts as usize)
+            .min(budget / min_patches)
+            .max(MIN_CELLS);
+        let cell_counts: Vec<usize> = steps(MIN_CELLS, CELL_FACTOR)
+            .take_while(|&cells| cells < max_cells)
+            .chain([max_cells])
             .collect();
         let (sizes, variances): (Vec<usize>, Vec<f64>) = {
-            let merged = PatchClusters::new(scene, store, &counts, 1, distance);
-            let size = |division| merged.count([division, 0]);
-            let variances = merged.variances(store, distance);
+            let clusters = PatchClusters::new(scene, store, &counts, 1, distance);
+            let size = |level| clusters.count([level, 0]);
+            let variances = clusters.variances(store, distance);
             ((0..counts.len()).map(size).collect(), variances)
         };
-        let finest = (variances[variances.len() - 1] / (distance * distance)).min(SUN_WIDEST);
-        let division = subdivide(sky.map, &cell_counts);
-        let (suns, parts, chosen) = (division.parts.iter())
-            .map(|parts| {
-                let (suns, parts) = part_suns(parts.clone(), finest);
-                let chosen = choose(&parts, &sizes, &variances, distance, weight, budget);
-                (suns, parts, chosen)
+        let finest = (variances[variances.len() - 1] / (distance * distance)).min(MAX_SUN_VARIANCE);
+        let subdivision = subdivide(environment.map, &cell_counts);
+        let (suns, rects, chosen) = (subdivision.rects.iter())
+            .map(|rects| {
+                let (suns, rects) = separate_suns(rects.clone(), finest);
+                let chosen = choose_levels(&rects, &sizes, &variances, distance, weight, budget);
+                (suns, rects, chosen)
             })
             .min_by(|(_, _, a), (_, _, b)| a.width.total_cmp(&b.width))
             .expect("there are counts");
-        let cells_of = |parts: &[CellRect]| -> Vec<EnvironmentCell> {
-            (parts.iter()).map(|part| division.cell(part)).collect()
+        let cells_of = |rects: &[CellRect]| -> Vec<EnvironmentCell> {
+            (rects.iter()).map(|rect| subdivision.cell(rect)).collect()
         };
-        let (suns, cells) = (cells_of(&suns), cells_of(&parts));
-        // The same divisions, as far as they are used, in many ways.
-        let used = chosen.divisions.iter().max().map_or(0, |finest| finest + 1);
-        let merged = PatchClusters::new(scene, store, &counts[..used], CLUSTERINGS, distance);
-        let mut kinds: Vec<[usize; 2]> = Vec::new();
+        let (suns, cells) = (cells_of(&suns), cells_of(&rects));
+        // The same levels, up to the finest in use, in all clusterings.
+        let used = chosen.levels.iter().max().map_or(0, |finest| finest + 1);
+        let clusters = PatchClusters::new(scene, store, &counts[..used], CLUSTERINGS, distance);
+        let mut sets: Vec<[usize; 2]> = Vec::new();
         let mut pairs = Vec::new();
         let mut first_patch = 0;
-        for division in 0..used {
+        for level in 0..used {
             let members: Vec<usize> = (0..cells.len())
-                .filter(|&cell| chosen.divisions[cell] == division)
+                .filter(|&cell| chosen.levels[cell] == level)
                 .collect();
-            for way in 0..CLUSTERINGS.min(members.len()) {
-                let patches = merged.count([division, way]) as u32;
-                // Cells side by side are imaged in different ways.
-                for &cell in members.iter().skip(way).step_by(CLUSTERINGS) {
+            for clustering in 0..CLUSTERINGS.min(members.len()) {
+                let patches = clusters.count([level, clustering]) as u32;
+                // Neighbouring cells use different clusterings.
+                for &cell in members.iter().skip(clustering).step_by(CLUSTERINGS) {
                     let of_cell =
                         (0..patches).map(|patch| UVec2::new(first_patch + patch, cell as u32));
                     pairs.extend(of_cell);
                 }
-                kinds.push([division, way]);
+                sets.push([level, clustering]);
                 first_patch += patches;
             }
         }
-        let lights = lights_of(&cells, sky);
-        let (wanted, patches) = merged.want(store, kinds);
+        let lights = lights_of(&cells, environment);
+        let (selection, patches) = clusters.select(store, sets);
         let buffer = |name, bytes: usize| Buffer::new(context, name, bytes as u64);
         let new = Self {
             lights: buffer("environment cells", size_of_val(&*lights))?,
@@ -157,8 +157,8 @@ impl CellPatchPairs {
             pair_count: pairs.len() as u32,
             suns,
             cells,
-            merged,
-            wanted,
+            clusters,
+            selection,
         };
         staging.write(&new.lights, 0, &lights)?;
         staging.write(&new.patches, 0, &patches)?;
@@ -166,7 +166,7 @@ impl CellPatchPairs {
         Ok(new)
     }
 
-    /// Writes the cells for the present rotation and scale, and the clusters where a caster has moved.
+    /// Writes the cells for the present rotation and scale, and the patch clusters where a caster has moved.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -174,61 +174,61 @@ impl CellPatchPairs {
         &self,
         staging: &mut Staging,
         store: &TriangleStore,
-        sky: &EnvironmentLight,
+        environment: &EnvironmentLight,
         has_moved: bool,
     ) -> Result<()> {
-        staging.write(&self.lights, 0, &lights_of(&self.cells, sky))?;
+        staging.write(&self.lights, 0, &lights_of(&self.cells, environment))?;
         if has_moved {
-            let patches = self.merged.patches(store, &self.wanted);
+            let patches = self.clusters.patches(store, &self.selection);
             staging.write(&self.patches, 0, &patches)?;
         }
         Ok(())
     }
 
-    /// Those that are imaged by the suns' patches.
-    pub fn suns_of(&self, sky: &EnvironmentLight) -> Vec<Light> {
+    /// The cells that act as suns, for the present rotation and scale.
+    pub fn suns_of(&self, environment: &EnvironmentLight) -> Vec<Light> {
         (self.suns.iter())
-            .map(|sun| sun.sun(sky.scale, sky.rotation))
+            .map(|sun| sun.sun(environment.scale, environment.rotation))
             .collect()
     }
 }
 
-fn lights_of(cells: &[EnvironmentCell], sky: &EnvironmentLight) -> Vec<Light> {
+fn lights_of(cells: &[EnvironmentCell], environment: &EnvironmentLight) -> Vec<Light> {
     (cells.iter())
-        .map(|cell| cell.light(sky.scale, sky.rotation))
+        .map(|cell| cell.light(environment.scale, environment.rotation))
         .collect()
 }
 
-/// Whether a receiver is a mesh, on which cells are kernels.
+/// Whether a receiver is a mesh. On meshes, cells are kernels.
 fn lights_meshes(scene: &Scene) -> bool {
     (scene.objects.iter())
         .any(|object| object.light_map.is_some() && !matches!(object.geometry, Geometry::Rect(_)))
 }
 
-/// Middle and radius of the sphere around an object's bounding box, m.
+/// Centre and radius of the sphere around an object's bounding box, m.
 fn sphere_around(object: &Object) -> (DVec3, f64) {
     let [low, high] = object.geometry.mesh().bounds();
     (0.5 * (low + high), 0.5 * low.distance(high))
 }
 
-/// How far light runs from the mirrors to the receivers, m: mean distance of their middles.
+/// Typical distance that light travels from the casters to the receivers, m: the mean distance between their centres.
 fn distance(scene: &Scene) -> f64 {
     let middle = |object: &Object| sphere_around(object).0;
-    let mirrors: Vec<DVec3> = scene.specular_objects().map(|(_, o)| middle(o)).collect();
+    let casters: Vec<DVec3> = scene.specular_objects().map(|(_, o)| middle(o)).collect();
     let receivers: Vec<DVec3> = (scene.objects.iter())
         .filter(|object| object.light_map.is_some())
         .map(middle)
         .collect();
-    let distances: Vec<f64> = (mirrors.iter())
+    let distances: Vec<f64> = (casters.iter())
         .flat_map(|a| receivers.iter().map(|b| a.distance(*b)))
         .collect();
     distances.iter().sum::<f64>() / distances.len().max(1) as f64
 }
 
-/// The share of the sky in the light that meets the mirrors, all channels together, wherever it comes from. Of a lamp it is
-/// that of the middle, or half a diagonal from it.
-fn share_of(sky: &EnvironmentLight, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
-    let middles: Vec<(Vec3, f32)> = (scene.specular_objects())
+/// The environment's share of the light that reaches the casters, all channels and directions together. A lamp is
+/// evaluated at the casters' centres, at a distance of at least half a diagonal.
+fn share_of(environment: &EnvironmentLight, suns: &[Light], scene: &Scene, origin: DVec3) -> f64 {
+    let spheres: Vec<(Vec3, f32)> = (scene.specular_objects())
         .map(|(_, object)| {
             let (middle, radius) = sphere_around(object);
             ((middle - origin).as_vec3(), (radius * radius) as f32)
@@ -239,68 +239,68 @@ fn share_of(sky: &EnvironmentLight, suns: &[Light], scene: &Scene, origin: DVec3
             0 => 1.0,
             _ => 1.0 / sun.place.distance_squared(*x).max(*near),
         };
-        let falloffs: f32 = middles.iter().map(falloff).sum();
-        f64::from(sun.power.element_sum() * falloffs) / middles.len() as f64
+        let falloffs: f32 = spheres.iter().map(falloff).sum();
+        f64::from(sun.power.element_sum() * falloffs) / spheres.len() as f64
     };
     let others: f64 = suns.iter().map(irradiance).sum();
-    let of_sky = f64::from(sky.scale) * flux(sky.map);
-    match of_sky + others {
+    let of_environment = f64::from(environment.scale) * flux(environment.map);
+    match of_environment + others {
         0.0 => 1.0,
-        all => of_sky / all,
+        all => of_environment / all,
     }
 }
 
-/// Parts the suns from the rest: what is bright, and narrower than `variance` on both axes
-/// together, which is what the smallest merged patches blur.
-fn part_suns(mut parts: Vec<CellRect>, variance: f64) -> (Vec<CellRect>, Vec<CellRect>) {
-    let total: f64 = parts.iter().map(|part| part.flux).sum();
-    parts.sort_by(|a, b| b.flux.total_cmp(&a.flux));
+/// Separates the suns from the other cells: rects that are bright and whose variance, both axes together, is below
+/// `variance`, the blur of the smallest patches.
+fn separate_suns(mut rects: Vec<CellRect>, variance: f64) -> (Vec<CellRect>, Vec<CellRect>) {
+    let total: f64 = rects.iter().map(|rect| rect.flux).sum();
+    rects.sort_by(|a, b| b.flux.total_cmp(&a.flux));
     let (mut suns, mut others) = (Vec::new(), Vec::new());
-    for part in parts {
-        let is_sun = part.flux > SUN_SHARE * total && part.variance < variance;
-        if is_sun && suns.len() < MOST_ENVIRONMENT_SUNS {
-            suns.push(part);
+    for rect in rects {
+        let is_sun = rect.flux > MIN_SUN_SHARE * total && rect.variance < variance;
+        if is_sun && suns.len() < MAX_ENVIRONMENT_SUNS {
+            suns.push(rect);
         } else {
-            others.push(part);
+            others.push(rect);
         }
     }
     (suns, others)
 }
 
-struct Chosen {
-    /// By cell, which division images it.
-    divisions: Vec<usize>,
-    /// Sum of how far light is out of place, weighed by flux.
+struct ChosenLevels {
+    /// Per cell: the level that projects it.
+    levels: Vec<usize>,
+    /// Sum of the displacement of light, weighted by flux.
     width: f64,
 }
 
-/// For every cell the division of the mirrors that keeps light in its place, in `budget` pairs.
-/// `sizes` and `variances` are the divisions' numbers of patches and their variances, m².
-fn choose(
-    parts: &[CellRect],
+/// Chooses for every cell the level of the casters' clusters that minimises the displacement of light, within `budget`
+/// pairs. `sizes` and `variances` are the levels' numbers of patches and their variances, m².
+fn choose_levels(
+    rects: &[CellRect],
     sizes: &[usize],
     variances: &[f64],
     distance: f64,
     weight: f64,
     budget: usize,
-) -> Chosen {
-    let width = |part: &CellRect, division: usize| {
-        weight * distance * part.error + part.flux * variances[division].sqrt()
+) -> ChosenLevels {
+    let width = |rect: &CellRect, level: usize| {
+        weight * distance * rect.error + rect.flux * variances[level].sqrt()
     };
-    // The method of Lagrange's multipliers: what a pair may cost.
+    // Lagrange multipliers: `price` is the cost of a pair.
     let at = |price: f64| -> Vec<usize> {
-        (parts.iter())
-            .map(|part| {
-                let cost = |division: usize| width(part, division) + price * sizes[division] as f64;
+        (rects.iter())
+            .map(|rect| {
+                let cost = |level: usize| width(rect, level) + price * sizes[level] as f64;
                 (0..sizes.len())
                     .min_by(|&a, &b| cost(a).total_cmp(&cost(b)))
                     .unwrap_or(0)
             })
             .collect()
     };
-    let pairs = |divisions: &[usize]| divisions.iter().map(|&d| sizes[d]).sum::<usize>();
-    let total: f64 = parts.iter().map(|part| width(part, 0)).sum();
-    // Bisection on the logarithm, from nothing to more than anything is worth.
+    let pairs = |levels: &[usize]| levels.iter().map(|&d| sizes[d]).sum::<usize>();
+    let total: f64 = rects.iter().map(|rect| width(rect, 0)).sum();
+    // Bisection on the logarithm, from a price of almost nothing to one above every benefit.
     let (mut low, mut high) = ((total * 1e-18).ln(), (total * 1e3 + f64::MIN_POSITIVE).ln());
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -310,10 +310,10 @@ fn choose(
             high = middle;
         }
     }
-    let divisions = at(high.exp());
-    let sum = (parts.iter().zip(&divisions)).map(|(part, &division)| width(part, division));
-    Chosen {
+    let levels = at(high.exp());
+    let sum = (rects.iter().zip(&levels)).map(|(rect, &level)| width(rect, level));
+    ChosenLevels {
         width: sum.sum(),
-        divisions,
+        levels,
     }
 }

@@ -1,9 +1,9 @@
-//! The bounding volume hierarchy that trace.glsl walks.
+//! The bounding volume hierarchy that trace.glsl traverses.
 //!
-//! Built from the top by the surface area heuristic over bins (Wald 2007), in a time that is about linear in the
-//! number of triangles however they lie: builders from the bottom are quadratic where thousands coincide. Then packed: a
-//! node holds its two children's boxes in 16 bits a side, rounded outward, so that a step reads 32 bytes. Software
-//! devices gather every word by itself.
+//! The tree is built top-down by the surface area heuristic over bins (Wald 2007), in nearly linear time for every
+//! arrangement of triangles; bottom-up builders are quadratic where thousands coincide. Then the tree is packed: a node
+//! holds the bounding boxes of its two children with 16 bits per side, rounded outward, so that a step reads 32 bytes.
+//! Small nodes matter on software devices, which load each word separately.
 
 use crate::render::gpu_types::{self, Grid, Node};
 use glam::{UVec3, Vec3};
@@ -14,35 +14,35 @@ pub struct Bvh {
     pub grid: Grid,
     /// The root first; at least one.
     pub nodes: Vec<Node>,
-    /// Leaves count triangles in this order.
+    /// Order of the triangles in the leaves.
     pub order: Vec<u32>,
     /// Parents before their children, the root first.
     tree: Vec<TreeNode>,
-    /// Of the tree as it was built.
+    /// Cost of the tree when it was built.
     cost: f32,
 }
 
-/// Deepest hierarchy that `STACK` of trace.glsl can walk.
+/// Maximum depth that the stack of trace.glsl can traverse.
 const MAX_DEPTH: u32 = 48;
-/// Bits of a link below the number of triangles.
+/// Position of the number of triangles in a link.
 const COUNT_SHIFT: u32 = 28;
-/// Last value of the grid's coordinates.
+/// Maximum grid coordinate.
 const LAST: f32 = 65535.0;
-/// Steps around the scene. The rounding of a ray's start 250 times the scene's size away is one
-/// step, so boxes are a step larger than their triangles, and this leaves them their room.
+/// Margin around the scene, grid steps. For a ray that starts 250 scene sizes away, rounding moves the start by one
+/// step. Boxes are therefore one step larger than their triangles, and the margin leaves space for that.
 const MARGIN: f32 = 4.0;
-/// Places along an axis where a range of triangles may be split.
+/// Number of bins per axis.
 const BINS: usize = 16;
-/// Triangles of a leaf at most. Rays that walk side by side wait for the one with the most.
+/// Maximum number of triangles in a leaf. Rays traced together wait for the slowest.
 const LEAF: usize = 8;
-/// Cost of a step over that of a triangle.
+/// Cost of a traversal step over the cost of a triangle test.
 const STEP: f32 = 1.0;
-/// Triangles that are worth a thread of their own.
+/// Minimum number of triangles for a parallel build.
 const PARALLEL: usize = 4096;
 
-/// A tree whose boxes have grown to so many times their area is built anew. Until then it is refitted:
-/// over 120 frames of `pool` and of a turning `ring`, updates took 5.2 and 1.1 ms with the tree
-/// refitted, 16.7 and 3.4 ms with a new one for each frame, and rays took the same time in both.
+/// A tree is rebuilt when its cost has grown by this factor, and refitted until then. Over 120 frames of `pool` and of
+/// a turning `ring`, updates took 5.2 and 1.1 ms with refitting, 16.7 and 3.4 ms with a rebuild in every frame; rays
+/// took the same time in both cases.
 const GROWN: f32 = 2.0;
 
 impl Bvh {
@@ -63,8 +63,8 @@ impl Bvh {
         }
     }
 
-    /// Fits the boxes to the triangles, given in the order of the leaves, that have moved. Returns
-    /// whether the tree still suits them; otherwise build another.
+    /// Refits the boxes to moved triangles, given in the order of the leaves. Returns false where the tree has become
+    /// too costly and must be rebuilt.
     pub fn refit(&mut self, triangles: &[gpu_types::Triangle]) -> bool {
         for index in (0..self.tree.len()).rev() {
             let node = self.tree[index];
@@ -83,8 +83,8 @@ impl Bvh {
 }
 
 impl Bvh {
-    /// Calls `visit` with the triangles, by number in the order of the leaves, whose boxes a ray may meet
-    /// before `farthest`, which `visit` may lower.
+    /// Calls `visit` with the indices, in the order of the leaves, of the triangles whose boxes a ray may meet before
+    /// `farthest`. `visit` may lower `farthest`.
     pub fn walk(
         &self,
         origin: Vec3,
@@ -114,7 +114,7 @@ impl Bvh {
     }
 }
 
-/// A box.
+/// An axis-aligned bounding box.
 #[derive(Debug, Clone, Copy)]
 struct Aabb {
     lower: Vec3,
@@ -143,7 +143,7 @@ impl Aabb {
         }
     }
 
-    /// Half the surface.
+    /// Half the surface area.
     fn half_area(&self) -> f32 {
         let size = (self.upper - self.lower).max(Vec3::ZERO);
         size.x * size.y + size.y * size.z + size.z * size.x
@@ -151,7 +151,8 @@ impl Aabb {
 
     /// Whether a ray meets the box before `farthest`.
     fn meets(&self, origin: Vec3, inverse: Vec3, farthest: f32) -> bool {
-        // 0 · ∞ is NaN, which min and max of glam pass over or keep: such a ray lies in a side, and meets the box.
+        // 0 · ∞ is NaN, which min and max of glam may keep or drop: such a ray lies in a side of the box and counts as
+        // a hit.
         let (a, b) = (
             (self.lower - origin) * inverse,
             (self.upper - origin) * inverse,
@@ -163,7 +164,7 @@ impl Aabb {
         near <= far.into_iter().fold(farthest, f32::min)
     }
 
-    /// Twice the middle.
+    /// Twice the centre.
     fn doubled_middle(&self) -> Vec3 {
         self.lower + self.upper
     }
@@ -176,9 +177,9 @@ fn union(boxes: impl IntoIterator<Item = Aabb>) -> Aabb {
 #[derive(Debug, Clone, Copy)]
 struct TreeNode {
     aabb: Aabb,
-    /// Of a leaf the first triangle, otherwise the left child.
+    /// Leaf: the first triangle. Inner node: the left child.
     left: u32,
-    /// Of a leaf the number of triangles, otherwise the right child.
+    /// Leaf: the number of triangles. Inner node: the right child.
     right: u32,
     is_leaf: bool,
 }
@@ -195,15 +196,15 @@ impl Default for TreeNode {
 }
 
 impl TreeNode {
-    /// Of a leaf, in the order of the leaves.
+    /// Triangles of a leaf, in the order of the leaves.
     fn triangles(&self) -> Range<usize> {
         self.left as usize..(self.left + self.right) as usize
     }
 }
 
-/// Builds the subtree over the triangles `order`, of which the first is number `first` in the order of the leaves.
-/// `nodes` has room for one triangle a leaf; the root goes to its start, which is number `place` of all nodes, at this
-/// `depth`.
+/// Builds the subtree at `depth` over the triangles `order`; the first of them is at index `first` in the order of the
+/// leaves. `nodes` has the capacity for one triangle per leaf. The root is its first element and has the index `place`
+/// among all nodes.
 fn build(
     boxes: &[Aabb],
     order: &mut [u32],
@@ -254,7 +255,7 @@ fn build(
     }
 }
 
-/// Puts those of `order` that go to the left child first, and returns their number; nothing where all are a leaf.
+/// Moves the triangles of the left child to the front of `order` and returns their number; None makes a leaf.
 fn split(boxes: &[Aabb], order: &mut [u32], aabb: &Aabb, depth: u32) -> Option<usize> {
     let count = order.len();
     if count == 1 {
@@ -268,10 +269,10 @@ fn split(boxes: &[Aabb], order: &mut [u32], aabb: &Aabb, depth: u32) -> Option<u
             (low.min(m), high.max(m))
         });
     let extent = high - low;
-    // Halves stay within the depth that rays can walk.
+    // Halving keeps the tree within the maximum depth.
     let is_deep = depth + 2 + count.next_power_of_two().ilog2() >= MAX_DEPTH;
     if !is_deep && extent.max_element() > 0.0 {
-        // Rounding may put the last into bin BINS.
+        // Rounding may give the last triangle the bin BINS.
         let scale = BINS as f32 / extent;
         let bin =
             |i: u32, axis: usize| (((middle(i) - low)[axis] * scale[axis]) as usize).min(BINS - 1);
@@ -290,7 +291,7 @@ fn split(boxes: &[Aabb], order: &mut [u32], aabb: &Aabb, depth: u32) -> Option<u
     if count <= LEAF {
         return None;
     }
-    // All in one place, or one within the other: any half will do.
+    // The triangles coincide or contain each other: halves in any order are equally good.
     let axis = (extent.to_array().iter().enumerate())
         .max_by(|a, b| a.1.total_cmp(b.1))
         .map_or(0, |(axis, _)| axis);
@@ -343,7 +344,7 @@ fn cheapest(
     best
 }
 
-/// Puts those first for which `is_left` holds, in their order, and returns their number.
+/// Moves the elements for which `is_left` holds to the front, keeps both orders, and returns their number.
 fn partition(order: &mut [u32], is_left: impl Fn(&u32) -> bool) -> usize {
     let mut right = Vec::with_capacity(order.len());
     let mut left = 0;
@@ -360,7 +361,7 @@ fn partition(order: &mut [u32], is_left: impl Fn(&u32) -> bool) -> usize {
     left
 }
 
-/// Without the room that leaves of several triangles leave empty; parents stay before their children.
+/// Removes the unused nodes of leaves with several triangles; parents stay before their children.
 fn compact(sparse: &[TreeNode]) -> Vec<TreeNode> {
     let mut places = vec![0; sparse.len()];
     let mut tree = Vec::new();
@@ -379,16 +380,16 @@ fn compact(sparse: &[TreeNode]) -> Vec<TreeNode> {
     tree
 }
 
-/// Expected steps of a ray, up to a constant factor: the area of all boxes with children.
+/// Expected number of traversal steps of a ray, up to a constant factor: the total area of the inner boxes.
 fn cost(tree: &[TreeNode]) -> f32 {
     let inner = tree.iter().filter(|node| !node.is_leaf);
     inner.map(|node| node.aabb.half_area()).sum()
 }
 
-/// The scene's bounds as a grid of 2¹⁶ steps a side, with room for boxes rounded outward.
+/// The scene's bounds as a grid of 2¹⁶ steps per side, with a margin for boxes rounded outward.
 fn grid(root: &Aabb) -> Grid {
     let (lower, upper) = (root.lower, root.upper);
-    // A flat scene still needs some height to divide by.
+    // A flat scene gets a small height, which avoids a division by zero.
     let smallest = (upper - lower).max_element() / LAST;
     let step = (upper - lower).max(Vec3::splat(smallest)) / (LAST - 2.0 * MARGIN);
     Grid {
@@ -398,7 +399,7 @@ fn grid(root: &Aabb) -> Grid {
     }
 }
 
-/// Inner nodes in their order, each with both children.
+/// The inner nodes in order, each with both children.
 fn pack(tree: &[TreeNode], grid: &Grid) -> Vec<Node> {
     let mut inner = 0;
     let packed_index: Vec<u32> = (tree.iter())
@@ -430,7 +431,7 @@ fn pack(tree: &[TreeNode], grid: &Grid) -> Vec<Node> {
         }
     };
     if tree[0].is_leaf {
-        // The root needs two children: the only leaf twice costs little.
+        // The root needs two children; the only leaf appears twice, at little cost.
         return vec![node([0, 0])];
     }
     (tree.iter())
@@ -439,7 +440,7 @@ fn pack(tree: &[TreeNode], grid: &Grid) -> Vec<Node> {
         .collect()
 }
 
-/// A box in grid steps, lower | upper << 16 by axis, a step larger than rounding needs.
+/// A bounding box in grid coordinates, lower | upper << 16 per axis, one step larger than rounding requires.
 fn quantise(grid: &Grid, lower: Vec3, upper: Vec3) -> UVec3 {
     let low = ((lower - grid.lower) * grid.scale - 1.0).floor();
     let high = ((upper - grid.lower) * grid.scale + 1.0).ceil();
@@ -451,7 +452,7 @@ mod tests {
     use super::*;
     use glam::Vec3Swizzles;
 
-    /// Triangles in one place, within each other, and along a line of growing distances.
+    /// Triangles that coincide, that contain each other, and along a line of growing distances.
     #[test]
     fn the_stack_holds_degenerate_scenes() {
         let triangle = |at: f32, size: f32| gpu_types::Triangle {
@@ -484,8 +485,8 @@ mod tests {
         assert!((14..=MAX_DEPTH).contains(&deepest), "{deepest}");
     }
 
-    /// Every triangle is in one leaf, and every box on the way to it holds it; also after they have
-    /// all moved.
+    /// Every triangle is in one leaf, and every box on the path to the leaf contains the triangle, also after all
+    /// triangles have moved.
     #[test]
     fn packed_boxes_hold_their_triangles() {
         let corner = |i: u32| {
@@ -514,7 +515,7 @@ mod tests {
         }
     }
 
-    /// A tree over what has come apart is no good any more.
+    /// A tree over triangles that have moved apart must be rebuilt.
     #[test]
     fn a_tree_of_scattered_triangles_is_given_up() {
         let at = |i: u32, scattered: bool| gpu_types::Triangle {

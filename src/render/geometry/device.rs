@@ -9,28 +9,28 @@ use crate::scene::{Atlas, Mesh, Scene};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Pairs of faces and vertices worth comparing once to find out that nothing can occlude light.
-const MOST_PAIRS: usize = 200_000_000;
-/// The same in a frame: about 1 ms.
-const MOST_PAIRS_IN_A_FRAME: usize = 1_000_000;
+/// Maximum number of pairs of face and vertex to compare, once, to prove that nothing can occlude light.
+const MAX_PAIRS: usize = 200_000_000;
+/// The same limit per frame: about 1 ms.
+const MAX_PAIRS_IN_A_FRAME: usize = 1_000_000;
 
 pub struct DeviceGeometry {
     pub store: TriangleStore,
     pub triangles: Buffer,
     pub normals: Buffer,
     pub nodes: Buffer,
-    /// Whether anything can occlude light on its way by the casters to the receivers.
+    /// Whether anything can occlude light on its way to the casters, or from there to the receivers.
     pub can_occlude: bool,
-    /// Whether the device has it.
+    /// Whether the device has the geometry.
     is_written: bool,
 }
 
 impl DeviceGeometry {
-    /// `atlases` are those of the mesh receivers, by object.
+    /// `atlases` are the atlases of the mesh receivers, indexed by object.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] where there are more triangles than a buffer holds, [`crate::Error::Device`] where the
-    /// device's memory does not suffice.
+    /// [`crate::Error::Usage`] where there are more triangles than a buffer holds, [`crate::Error::Device`] if device
+    /// memory is insufficient.
     pub fn new(context: &Arc<Context>, scene: &Scene, atlases: &[Option<Atlas>]) -> Result<Self> {
         let meshes = meshes(scene);
         let store = TriangleStore::new(scene, &meshes, atlases, context.max_storage_bytes())?;
@@ -40,15 +40,15 @@ impl DeviceGeometry {
         Ok(Self {
             triangles: buffer("triangles", size_of::<Triangle>())?,
             normals: buffer("normals", size_of::<Normals>())?,
-            nodes: Buffer::new(context, "nodes", store.most_node_bytes())?,
-            can_occlude: can_occlude(scene, &meshes, MOST_PAIRS),
+            nodes: Buffer::new(context, "nodes", store.max_node_bytes())?,
+            can_occlude: can_occlude(scene, &meshes, MAX_PAIRS),
             store,
             is_written: false,
         })
     }
 
-    /// Writes the triangles of the objects that moved, and fits the hierarchy to them. Returns whether the hierarchy was
-    /// built again, so that all triangles have other indices.
+    /// Writes the triangles of the objects that moved, and refits the hierarchy. Returns whether the hierarchy was
+    /// rebuilt, which changes the indices of all triangles.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -67,13 +67,13 @@ impl DeviceGeometry {
                 store.set_mesh(object, &scene.objects[object].geometry.mesh());
             }
             if !self.can_occlude {
-                self.can_occlude = can_occlude(scene, &meshes(scene), MOST_PAIRS_IN_A_FRAME);
+                self.can_occlude = can_occlude(scene, &meshes(scene), MAX_PAIRS_IN_A_FRAME);
             }
             store.refit_or_rebuild()
         } else {
             false
         };
-        // The range of triangles that the moved ones span.
+        // The smallest range that contains the triangles of the moved objects.
         let range = if is_rebuilt || !self.is_written {
             0..store.triangles.len()
         } else {

@@ -3,18 +3,17 @@
 use crate::scene::{MaterialKind, Mesh, Scene};
 use std::borrow::Cow;
 
-/// Whether anything can occlude light on its way to a caster or from there to a receiver. Nothing can
-/// where the only object that casts shadows is the only caster, and each of its faces has all of it behind: where it
-/// is flat or convex, or where it refracts, flat. Both legs then lie in front of the face,
-/// wherever the light is. Where more than `most_pairs` of faces and vertices would have to be compared, the answer is
-/// yes.
-pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) -> bool {
-    let mut blocking = scene
+/// Whether anything can occlude light on its way to a caster or from there to a receiver. Nothing can if the only
+/// object that casts shadows is the only caster, and the object lies behind the plane of each of its faces: it is flat
+/// or convex, or flat if it refracts. Both segments of a light path then lie in front of the face, wherever the light
+/// is. Returns true if the proof would compare more than `max_pairs` pairs of face and vertex.
+pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], max_pairs: usize) -> bool {
+    let mut occluders = scene
         .objects
         .iter()
         .zip(meshes)
         .filter(|(object, _)| object.blocks_light);
-    let Some((object, mesh)) = blocking.next() else {
+    let Some((object, mesh)) = occluders.next() else {
         return false;
     };
     let material = &scene.materials[object.material].kind;
@@ -22,7 +21,7 @@ pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], most_pairs: usize) -> bo
         return true;
     }
     let two_sided = matches!(material, MaterialKind::Dielectric { .. });
-    if blocking.next().is_some() || mesh.positions.len() * mesh.triangles.len() > most_pairs {
+    if occluders.next().is_some() || mesh.positions.len() * mesh.triangles.len() > max_pairs {
         return true;
     }
     let size = mesh

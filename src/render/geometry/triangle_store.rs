@@ -1,18 +1,19 @@
-//! All triangles of the scene as the device has them: in the order of the leaves of a bounding
-//! volume hierarchy, around an origin in the middle of the scene so that f32 resolves it wherever it lies.
+//! The triangle store: all triangles of the scene as the device has them, in the order of the leaves of a bounding
+//! volume hierarchy. Positions are relative to an origin in the centre of the scene, so that f32 suffices wherever the
+//! scene lies.
 //!
-//! The triangles of an object that moves are overwritten, and the hierarchy is refitted to them.
+//! Triangles of a moving object are overwritten, and the hierarchy is refitted.
 
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
-use crate::render::gpu_types::{self, BLOCKS, IS_CURVED};
+use crate::render::gpu_types::{self, IS_MESH_RECEIVER, OCCLUDES};
 use crate::scene::{Atlas, Geometry, Mesh, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// What a link of the hierarchy can name.
-const MOST_TRIANGLES: usize = (1 << 28) - 1;
+/// Maximum index in a link of the hierarchy.
+const MAX_TRIANGLES: usize = (1 << 28) - 1;
 
 pub struct TriangleStore {
     pub triangles: Vec<gpu_types::Triangle>,
@@ -20,30 +21,30 @@ pub struct TriangleStore {
     bvh: Bvh,
     /// Index into `triangles` of each triangle of the scene, object by object.
     indices: Vec<u32>,
-    /// Of each object's triangles in `indices`.
+    /// Range of each object in `indices`.
     ranges: Vec<Range<usize>>,
-    /// Whether an object is a rect, of which each triangle has the other for a twin.
-    flat: Vec<bool>,
-    /// Of the device in the scene, m.
+    /// Per object: whether it is a rect, whose two triangles are each other's twin.
+    is_rect: Vec<bool>,
+    /// Position of the device's origin in the scene, m.
     pub origin: DVec3,
 }
 
 impl TriangleStore {
-    /// `atlases` are those of the curved receivers, by object; `most_bytes` is what a buffer on the device
-    /// holds.
+    /// `atlases` are the atlases of the mesh receivers, indexed by object. `max_bytes` is the maximum size of a buffer
+    /// on the device.
     pub fn new(
         scene: &Scene,
         meshes: &[Cow<Mesh>],
         atlases: &[Option<Atlas>],
-        most_bytes: u64,
+        max_bytes: u64,
     ) -> Result<Self> {
         let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
-        // Judged before the hierarchy, which takes a while to build.
-        let most = MOST_TRIANGLES.min(most_bytes as usize / size_of::<gpu_types::Triangle>());
-        if count > most {
+        // Checked before the hierarchy is built, which takes a while.
+        let limit = MAX_TRIANGLES.min(max_bytes as usize / size_of::<gpu_types::Triangle>());
+        if count > limit {
             return Err(Error::Usage {
                 reason: format!(
-                    "the scene has {count} triangles, and a buffer on this device holds {most}"
+                    "the scene has {count} triangles, and a buffer on this device holds {limit}"
                 ),
                 remedy: "use coarser meshes, or choose another device".into(),
             });
@@ -55,12 +56,12 @@ impl TriangleStore {
         for (index, (mesh, object)) in meshes.iter().zip(&scene.objects).enumerate() {
             let first = triangles.len();
             let atlas = atlases[index].as_ref();
-            let blocks = if object.blocks_light { BLOCKS } else { 0 };
-            let is_curved = atlas.map_or(0, |_| IS_CURVED);
+            let flags = if object.blocks_light { OCCLUDES } else { 0 };
+            let is_mesh = atlas.map_or(0, |_| IS_MESH_RECEIVER);
             for (number, corners) in mesh.triangles.iter().enumerate() {
                 triangles.push(gpu_types::Triangle {
                     object: index as u32,
-                    blocks: blocks | is_curved,
+                    flags: flags | is_mesh,
                     ..geometry_of(mesh, corners, origin)
                 });
                 let [uv0, uv1, uv2] =
@@ -80,7 +81,7 @@ impl TriangleStore {
             normals,
             indices: Vec::new(),
             ranges,
-            flat: (scene.objects.iter())
+            is_rect: (scene.objects.iter())
                 .map(|object| matches!(object.geometry, Geometry::Rect(_)))
                 .collect(),
             origin,
@@ -89,7 +90,7 @@ impl TriangleStore {
         Ok(store)
     }
 
-    /// Reorders the triangles from the scene's order to that of the hierarchy.
+    /// Reorders the triangles from the scene's order to the hierarchy's.
     fn arrange(&mut self) {
         let order = &self.bvh.order;
         self.triangles = order.iter().map(|i| self.triangles[*i as usize]).collect();
@@ -98,16 +99,16 @@ impl TriangleStore {
         for (place, index) in order.iter().enumerate() {
             self.indices[*index as usize] = place as u32;
         }
-        for (range, flat) in self.ranges.iter().zip(&self.flat) {
+        for (range, is_rect) in self.ranges.iter().zip(&self.is_rect) {
             let places = &self.indices[range.clone()];
             for (index, &place) in places.iter().enumerate() {
-                let twin = if *flat { places[1 - index] } else { place };
+                let twin = if *is_rect { places[1 - index] } else { place };
                 self.triangles[place as usize].twin = twin;
             }
         }
     }
 
-    /// A grid and its nodes, as the shaders' buffer has them.
+    /// The grid and the nodes, in the layout of the shaders' buffer.
     pub fn nodes(&self) -> Vec<u8> {
         [
             bytemuck::bytes_of(&self.bvh.grid),
@@ -116,8 +117,8 @@ impl TriangleStore {
         .concat()
     }
 
-    /// Bytes that [`TriangleStore::nodes`] can come to: a hierarchy has a node less than triangles.
-    pub fn most_node_bytes(&self) -> u64 {
+    /// Maximum size of [`TriangleStore::nodes`], bytes: a hierarchy has one node fewer than triangles.
+    pub fn max_node_bytes(&self) -> u64 {
         (size_of::<gpu_types::Grid>() + self.triangles.len() * size_of::<gpu_types::Node>()) as u64
     }
 
@@ -133,13 +134,13 @@ impl TriangleStore {
             let place = self.indices[place] as usize;
             let gpu_types::Triangle {
                 object,
-                blocks,
+                flags,
                 twin,
                 ..
             } = self.triangles[place];
             self.triangles[place] = gpu_types::Triangle {
                 object,
-                blocks,
+                flags,
                 twin,
                 ..geometry_of(mesh, corners, self.origin)
             };
@@ -153,8 +154,8 @@ impl TriangleStore {
         }
     }
 
-    /// Refits the hierarchy to the triangles that moved. Returns whether it was rebuilt instead, which gives all triangles
-    /// other indices.
+    /// Refits the hierarchy to the triangles that moved. Returns whether it was rebuilt instead, which changes the
+    /// indices of all triangles.
     pub fn refit_or_rebuild(&mut self) -> bool {
         if self.bvh.refit(&self.triangles) {
             return false;
@@ -176,22 +177,23 @@ impl TriangleStore {
     }
 }
 
-/// Rays on the host, for messages; the device traces its own.
+/// Rays on the host, for messages only.
 impl TriangleStore {
-    /// Whether anything that blocks light crosses the ray before `length`, m.
-    pub fn is_blocked(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
+    /// Whether an object that casts shadows crosses the ray before `length`, m.
+    pub fn is_occluded(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
         let mut farthest = length;
         self.bvh
             .walk(origin, direction, &mut farthest, |place, farthest| {
                 let triangle = &self.triangles[place];
-                if triangle.blocks & BLOCKS != 0 && meets(triangle, origin, direction) < *farthest {
-                    *farthest = -1.0; // nothing else matters
+                if triangle.flags & OCCLUDES != 0 && meets(triangle, origin, direction) < *farthest
+                {
+                    *farthest = -1.0; // ends the traversal
                 }
             });
         farthest < 0.0
     }
 
-    /// The nearest triangle along a ray of those that block light or are `wanted`.
+    /// The nearest triangle along a ray that casts shadows or is `wanted`.
     pub fn nearest(
         &self,
         origin: Vec3,
@@ -203,7 +205,7 @@ impl TriangleStore {
             .walk(origin, direction, &mut farthest, |place, farthest| {
                 let triangle = &self.triangles[place];
                 let distance = meets(triangle, origin, direction);
-                if distance < *farthest && (triangle.blocks & BLOCKS != 0 || wanted(triangle)) {
+                if distance < *farthest && (triangle.flags & OCCLUDES != 0 || wanted(triangle)) {
                     (*farthest, nearest) = (distance, Some(triangle));
                 }
             });
@@ -216,7 +218,7 @@ impl TriangleStore {
     }
 }
 
-/// Where a ray crosses the triangle, m; infinite where it does not (Möller & Trumbore 1997).
+/// Distance at which a ray crosses the triangle, m; infinite where it does not (Möller & Trumbore 1997).
 fn meets(triangle: &gpu_types::Triangle, origin: Vec3, direction: Vec3) -> f32 {
     let p = direction.cross(triangle.edge2);
     let determinant = triangle.edge1.dot(p);
@@ -227,7 +229,7 @@ fn meets(triangle: &gpu_types::Triangle, origin: Vec3, direction: Vec3) -> f32 {
         direction.dot(q) / determinant,
     );
     let distance = triangle.edge2.dot(q) / determinant;
-    // NaN, of a triangle seen from its edge, is in no range.
+    // A triangle seen edge on gives NaN, which fails every comparison.
     match u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0 {
         true => distance,
         false => f32::INFINITY,
@@ -242,7 +244,7 @@ pub fn packed(pair: DVec2) -> u32 {
     x | y << 16
 }
 
-/// A triangle with its place.
+/// The geometry of a triangle relative to `origin`.
 fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> gpu_types::Triangle {
     let [p0, p1, p2] = corners.map(|c| mesh.positions[c as usize] - origin);
     gpu_types::Triangle {
@@ -263,7 +265,7 @@ fn normals_of(mesh: &Mesh, corners: &[u32; 3]) -> gpu_types::Normals {
     }
 }
 
-/// Middle of the bounding box.
+/// Centre of the bounding box.
 fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
     let positions = || meshes.iter().flat_map(|mesh| &mesh.positions);
     let lower = positions().fold(DVec3::INFINITY, |a, b| a.min(*b));
@@ -296,10 +298,10 @@ mod tests {
         within(4).unwrap();
     }
 
-    /// Prints how long meshes of millions of triangles take to load, and to be put into a hierarchy:
-    /// `cargo test --release --lib millions -- --ignored --nocapture`. The figures are in docs/measurements.md.
+    /// Prints the time to load meshes of millions of triangles and to build their hierarchy: `cargo test --release
+    /// --lib millions -- --ignored --nocapture`. The figures are in docs/measurements.md.
     #[test]
-    #[ignore = "measures for a minute and demands nothing"]
+    #[ignore = "measures for a minute and asserts nothing"]
     fn time_of_millions() {
         use std::fmt::Write;
         let folder = tempfile::tempdir().unwrap();

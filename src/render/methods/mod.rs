@@ -1,4 +1,4 @@
-//! methods: what footprints are compared with.
+//! methods: other ways to compute the caustic, for comparison with footprints.
 
 pub mod pinhole;
 pub mod points;

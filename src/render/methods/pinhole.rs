@@ -9,14 +9,14 @@ use crate::render::settings::Settings;
 use crate::render::splat::kernel_profiles::SPREAD;
 use std::sync::Arc;
 
-/// Patches that one dispatch gathers at most; a texel's sum is that of its batches.
+/// Maximum number of patches per dispatch. A texel sums over the batches.
 const BATCH: u32 = 1024;
-/// Turns that all loops of an invocation take together. lavapipe leaves every loop without a word
-/// after 65535 turns (Mesa, `LP_MAX_TGSI_LOOP_ITERATIONS`), version 22.3.6 after some 15000.
-const MOST_TURNS: u32 = 8192;
-/// Turns of the loop over an environment's taps at most.
+/// Maximum number of loop iterations of an invocation, all loops together. lavapipe silently ends a loop after 65535
+/// iterations (Mesa, `LP_MAX_TGSI_LOOP_ITERATIONS`), version 22.3.6 after about 15000.
+const MAX_ITERATIONS: u32 = 8192;
+/// Maximum number of samples along the filter of an environment.
 const TAPS: u32 = 16;
-/// Turns of a pair's rays through the hierarchy. Most pairs trace none.
+/// Iterations allowed for a pair's rays in the hierarchy. Most pairs trace none.
 const TRAVERSAL: u32 = 64;
 
 pub struct Pinhole {
@@ -45,7 +45,7 @@ impl Pinhole {
         })
     }
 
-    /// Patches that a dispatch gathers.
+    /// Patches per dispatch.
     pub fn batch(scene: &DeviceScene) -> u32 {
         let taps = if scene.environment.is_present {
             TAPS
@@ -57,12 +57,12 @@ impl Pinhole {
         } else {
             0
         };
-        let turns = 1 + scene.casters.lobes * (scene.lights.scene_count + taps + traversal);
-        (MOST_TURNS / turns).clamp(1, BATCH)
+        let iterations = 1 + scene.casters.lobes * (scene.lights.scene_count + taps + traversal);
+        (MAX_ITERATIONS / iterations).clamp(1, BATCH)
     }
 
-    /// Rays of a texel in a dispatch. One in many pairs of texel and patch traces its rays, to the light and
-    /// to the receiver; each looks the light up.
+    /// Rays per texel in a dispatch, an estimate for the first submission: every pair of texel and patch looks up the
+    /// light, and few pairs trace rays to the light and to the receiver.
     pub fn rays(scene: &DeviceScene) -> u64 {
         (scene.casters.lobes * Self::batch(scene)).into()
     }
@@ -72,22 +72,22 @@ impl Pinhole {
         recorder: &mut Recorder,
         scene: &DeviceScene,
         (first_patch, batch_patches): (u32, u32),
-        (tile, part): (usize, GroupRect),
+        (tile, rect): (usize, GroupRect),
     ) {
-        let (receiver, is_curved) = scene.receivers.of_tile(tile);
+        let (receiver, is_mesh) = scene.receivers.of_tile(tile);
         let push = PinholePush {
-            first: part.first,
+            first: rect.first,
             receiver,
             first_patch,
             batch_patches,
-            sun_count: scene.lights.scene_count,
+            light_count: scene.lights.scene_count,
             epsilon: self.epsilon,
             spread: self.spread,
             rotation: scene.environment.rotation,
             has_environment: u32::from(scene.environment.is_present),
-            trace: u32::from(scene.geometry.can_occlude),
-            is_curved: u32::from(is_curved),
+            can_occlude: u32::from(scene.geometry.can_occlude),
+            is_mesh: u32::from(is_mesh),
         };
-        recorder.dispatch(&self.pipeline, &push, part.threads());
+        recorder.dispatch(&self.pipeline, &push, rect.threads());
     }
 }

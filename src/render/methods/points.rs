@@ -1,5 +1,4 @@
-//! points: low-discrepancy points on the mirrors and in the suns' discs, one texel each. The
-//! plain baseline.
+//! points: the simple baseline. Low-discrepancy points on the casters and in the lights' discs, one texel each.
 
 use crate::error::{Error, Result};
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
@@ -8,31 +7,31 @@ use crate::render::gpu_types::{DrawPush, PointSplat, PointsPush};
 use glam::Vec2;
 use std::sync::Arc;
 
-/// Bytes that the points of one batch may take: more are not faster, and leave the caches.
-const MOST_BYTES: u64 = 8 << 20;
+/// Maximum size of the points of one batch, bytes. Larger batches are no faster and exceed the caches.
+const MAX_BYTES: u64 = 8 << 20;
 
 pub struct Points {
     trace: BoundPipeline,
     draw: BoundPipeline,
-    /// Of each sun.
+    /// Points for each light.
     points: u32,
-    /// Of all suns.
+    /// Points for all lights.
     pub count: u32,
-    /// Points that there is room for at once.
+    /// Capacity, points per batch.
     pub batch: u32,
     /// Bound to the pipelines.
     _splats: Buffer,
 }
 
-/// Texels that a point may light: one of each rect and, as the nearest one stops the light, one of all
-/// meshes, each way.
+/// Number of texels that a point may light: for each lobe one texel of each planar receiver, and one of all meshes,
+/// because the nearest mesh stops the light.
 fn targets(scene: &DeviceScene) -> u32 {
     scene.casters.lobes
         * (scene.receivers.planar_count + u32::from(scene.receivers.mesh_count() > 0))
 }
 
 impl Points {
-    /// Points on `scene`'s mirrors, `samples` in all.
+    /// Points on the casters of `scene`, `samples` in total.
     pub fn new(context: &Arc<Context>, scene: &DeviceScene, samples: u32) -> Result<Self> {
         let points = samples.div_ceil(scene.lights.scene_count.max(1));
         let all = match points.checked_mul(scene.lights.scene_count) {
@@ -48,7 +47,7 @@ impl Points {
             }
         };
         let bytes = u64::from(targets(scene)) * size_of::<PointSplat>() as u64;
-        let batch = (MOST_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
+        let batch = (MAX_BYTES.min(context.max_storage_bytes()) / bytes).max(1) as u32;
         let splats = Buffer::new(context, "point splats", u64::from(batch.min(all)) * bytes)?;
         let own = [("splats", Resource::Buffer(&splats))];
         let trace = scene.compute(context, &shaders::POINTS_COMP, &own)?;
@@ -75,11 +74,11 @@ impl Points {
             first_point,
             batch_points,
             points: self.points,
-            reflector_count: scene.casters.lit_count,
+            lit_triangle_count: scene.casters.lit_count,
             receiver_count: scene.receivers.planar_count,
-            curved_count: scene.receivers.mesh_count(),
+            mesh_receiver_count: scene.receivers.mesh_count(),
             lobes: scene.casters.lobes,
-            trace: u32::from(scene.geometry.can_occlude),
+            can_occlude: u32::from(scene.geometry.can_occlude),
             area: scene.casters.area,
         };
         recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);

@@ -1,10 +1,10 @@
-//! The casters' triangles that are lit, on the device, with their numbers of patches.
+//! The casters' lit triangles on the device, with their numbers of patches.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{Light, Patch, Reflector};
-use crate::render::patches::tessellation::{MOST_PAIRS, Tessellation};
+use crate::render::gpu_types::{Light, LitTriangle, Patch};
+use crate::render::patches::tessellation::{MAX_PAIRS, Tessellation};
 use crate::render::settings::Method;
 use crate::scene::{MaterialKind, Scene};
 use std::sync::Arc;
@@ -12,24 +12,24 @@ use std::sync::Arc;
 pub struct DeviceCasters {
     pub lit: Buffer,
     pub lit_count: u32,
-    /// Of those that are lit, m².
+    /// Total area of the lit triangles, m².
     pub area: f32,
-    /// Directions in which light leaves a patch: 2 where some is refracted, otherwise 1.
+    /// Lobes per patch: 2 where a caster refracts, otherwise 1.
     pub lobes: u32,
     pub patch_count: u32,
-    /// Patches that the stages' buffers hold.
+    /// Capacity of the stages' buffers, patches.
     pub patch_capacity: u32,
-    /// Settled in the first update.
+    /// Fixed by the first update.
     tessellation: Option<Tessellation>,
-    /// Whether light comes from everywhere.
+    /// Whether light comes from all directions.
     all_lit: bool,
 }
 
 impl DeviceCasters {
-    /// Room for all triangles of the casters. `all_lit`: light comes from everywhere.
+    /// Allocates for all triangles of the casters. `all_lit`: light comes from all directions.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device's memory does not suffice.
+    /// [`crate::Error::Device`] if device memory is insufficient.
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
@@ -39,13 +39,13 @@ impl DeviceCasters {
         let triangles: usize = (scene.specular_objects())
             .map(|(object, _)| store.indices(object).len())
             .sum();
-        let bytes = triangles * size_of::<Reflector>();
+        let bytes = triangles * size_of::<LitTriangle>();
         let refracts = (scene.objects.iter()).any(|object| {
             let kind = &scene.materials[object.material].kind;
             matches!(kind, MaterialKind::Dielectric { .. })
         });
         Ok(Self {
-            lit: Buffer::new(context, "reflectors", bytes as u64)?,
+            lit: Buffer::new(context, "lit triangles", bytes as u64)?,
             lit_count: 0,
             area: 0.0,
             lobes: if refracts { 2 } else { 1 },
@@ -56,8 +56,9 @@ impl DeviceCasters {
         })
     }
 
-    /// Finds the triangles that are lit now; the first time, divides all so that these have about `samples` patches.
-    /// Returns whether they have more patches than the stages' buffers hold, whose capacity has grown then.
+    /// Finds the triangles that are lit now. The first call also fixes the subdivision, so that the lit triangles have
+    /// about `samples` patches. Returns whether the number of patches exceeds the capacity of the stages' buffers,
+    /// which is then raised.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] where there are too many patches, [`crate::Error::Device`] where the device fails.
@@ -75,17 +76,17 @@ impl DeviceCasters {
         let tessellation = (self.tessellation)
             .get_or_insert_with(|| Tessellation::new(scene, store, lights, all_lit, samples));
         let lit = tessellation.lit(store, lights)?;
-        staging.write(&self.lit, 0, &lit.reflectors)?;
-        self.lit_count = lit.reflectors.len() as u32;
+        staging.write(&self.lit, 0, &lit.lit_triangles)?;
+        self.lit_count = lit.lit_triangles.len() as u32;
         self.area = lit.area as f32;
         self.patch_count = lit.patch_count;
         if lit.patch_count <= self.patch_capacity {
             return Ok(false);
         }
-        // Room for all that can ever be lit, if the device allows it, grows only once.
+        // A capacity for all patches that can ever be lit, if the device allows it, grows only once.
         let all = tessellation.all_patches();
         let fits = all * size_of::<Patch>() as u64 <= context.max_storage_bytes()
-            && all.saturating_mul(lights.len() as u64) <= MOST_PAIRS;
+            && all.saturating_mul(lights.len() as u64) <= MAX_PAIRS;
         self.patch_capacity = match fits && !is_first {
             true => all as u32,
             false => lit.patch_count,
@@ -93,12 +94,12 @@ impl DeviceCasters {
         Ok(true)
     }
 
-    /// Empties the list, where the stages' buffers do not hold its patches.
+    /// Empties the list, for patches that exceed the capacity of the stages' buffers.
     pub fn clear(&mut self) {
         (self.patch_count, self.lit_count) = (0, 0);
     }
 
-    /// Says so where there are many more or fewer patches than asked for, and why.
+    /// A note where the number of patches differs much from the number asked for, with the reason.
     pub fn note(&self, method: Method, samples: u32) -> Option<String> {
         const CLOSE: f64 = 1.5;
         let (patches, triangles) = (self.patch_count, self.lit_count);

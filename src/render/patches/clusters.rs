@@ -1,9 +1,9 @@
-//! Patches for light from everywhere: few, each merged from many pieces of a mirror's mesh.
+//! Patch clusters for light from all directions: few patches, each merged from many subtriangles of a caster.
 //!
-//! The pieces are merged in many ways, along other directions in each. The sum of one way's footprints is not
-//! quite even, and neighbouring parts of the sky, imaged by patches of different ways, even that out.
+//! Subtriangles are merged in several rotated clusterings. The sum of one clustering's footprints is slightly uneven.
+//! Neighbouring environment cells use different clusterings, which evens out the total.
 //!
-//! How pieces are merged is settled once; where they are, and how they bend the light, every frame.
+//! The assignment of subtriangles to clusters is fixed; their positions and normals are updated in every frame.
 
 use crate::math::covariance_root;
 use crate::render::geometry::triangle_store::TriangleStore;
@@ -16,44 +16,44 @@ use std::cmp::Reverse;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Pieces for every patch of the finest division. With 4 the cuts of the ways are rough: the ring of [`CLUSTERINGS`] has
-/// 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
-const PIECES: f64 = 16.0;
-/// The midpoints of a triangle's sides, in its edges from the first corner: for what is linear over
-/// the triangle, their moments are the triangle's, up to the second.
+/// Subtriangles per patch of the finest level. With 4 the borders of the clusters are rough: the ring of
+/// [`CLUSTERINGS`] has L1 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
+const SUBTRIANGLES_PER_PATCH: f64 = 16.0;
+/// Midpoints of a triangle's sides, as coefficients of its edges from the first corner. For functions that are linear
+/// over the triangle, the moments over the midpoints equal the triangle's moments up to the second.
 const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 
-/// In how many ways the pieces are merged. Under the dim light of `studio.hdr`, L1 of the ring at 128² was
-/// 8.0, 4.6 and 3.1 % with 4 k, 16 k and 64 k samples for one, 6.6 and 4.2 % (4 k, 16 k) for 4, 6.0, 4.0 and 2.6 %
-/// for 16, and no better for 32.
+/// Number of rotated clusterings. Under the dim light of `studio.hdr`, L1 of the ring at 128² was 8.0, 4.6 and 3.1 %
+/// with 4 k, 16 k and 64 k samples for one clustering, 6.6 and 4.2 % (4 k, 16 k) for 4, 6.0, 4.0 and 2.6 % for 16, and
+/// no better for 32.
 pub const CLUSTERINGS: usize = 16;
 
-/// A part of a triangle.
-struct Piece {
+/// A triangle of the regular subdivision of a caster's triangle.
+struct Subtriangle {
     object: u32,
-    /// Of its object's triangles.
+    /// Index among its object's triangles.
     index: u32,
-    /// Midpoints of its sides, in the triangle's edges from the first corner.
+    /// Midpoints of its sides, as coefficients of the triangle's edges from the first corner.
     midpoints: [DVec2; 3],
-    /// Its area over the triangle's.
+    /// Its area over the triangle's area.
     share: f64,
 }
 
-/// Divisions of all specular surfaces into patches, each finer than the one before.
+/// Clusterings of all casters into patches, in levels from coarse to fine.
 pub struct PatchClusters {
-    pieces: Vec<Piece>,
-    /// By way.
+    subtriangles: Vec<Subtriangle>,
+    /// Per clustering.
     cells: Vec<Cells>,
 }
 
 impl PatchClusters {
-    /// Divides the surfaces into `counts` patches, rising, in so many `ways`, where light runs on for about
-    /// `distance`, m.
+    /// Clusters the casters' surfaces into levels of `counts` patches, increasing, in `clusterings` rotated
+    /// clusterings. `distance`, m, is the typical distance that light travels to the receivers.
     pub fn new(
         scene: &Scene,
         store: &TriangleStore,
         counts: &[usize],
-        ways: usize,
+        clusterings: usize,
         distance: f64,
     ) -> Self {
         let objects = || scene.specular_objects().map(|(index, _)| index);
@@ -62,189 +62,196 @@ impl PatchClusters {
             .flat_map(|object| store.indices(object))
             .map(|&place| area(place))
             .sum();
-        let finest = counts.last().map_or(0.0, |&count| PIECES * count as f64);
-        let mut pieces = Vec::new();
+        let finest = counts
+            .last()
+            .map_or(0.0, |&count| SUBTRIANGLES_PER_PATCH * count as f64);
+        let mut subtriangles = Vec::new();
         let mut roots = Vec::new();
         for object in objects() {
-            let first = pieces.len();
+            let first = subtriangles.len();
             for (index, &place) in store.indices(object).iter().enumerate() {
                 let share = area(place) / total;
                 let n = (finest * share).sqrt().ceil().max(1.0) as u32;
-                cut(object as u32, index as u32, n, &mut pieces);
+                subdivide(object as u32, index as u32, n, &mut subtriangles);
             }
-            roots.push(first..pieces.len());
+            roots.push(first..subtriangles.len());
         }
-        let sums = sums_of_pieces(&pieces, store);
-        let cells = (0..ways)
+        let sums = sums_of_subtriangles(&subtriangles, store);
+        let cells = (0..clusterings)
             .into_par_iter()
-            .map(|way| split(&points(&sums, way, distance), &roots, counts))
+            .map(|clustering| split(&points(&sums, clustering, distance), &roots, counts))
             .collect();
-        Self { pieces, cells }
+        Self {
+            subtriangles,
+            cells,
+        }
     }
 
-    /// By division, m²: mean variance of where the light of a patch's points ends up.
+    /// Per level: mean variance of the positions at which light of a patch's points arrives, m².
     pub fn variances(&self, store: &TriangleStore, distance: f64) -> Vec<f64> {
-        let sums = sums_of_pieces(&self.pieces, store);
+        let sums = sums_of_subtriangles(&self.subtriangles, store);
         let total: f64 = sums.iter().map(|sums| sums.area).sum();
         let points = points(&sums, 0, distance);
         let cells = &self.cells[0];
-        let variance = |division: &Vec<Range<usize>>| -> f64 {
+        let variance = |level: &Vec<Range<usize>>| -> f64 {
             let moments =
-                (division.iter()).map(|cell| Moments::of(cells.points(cell).map(|i| &points[i])));
+                (level.iter()).map(|cell| Moments::of(cells.points(cell).map(|i| &points[i])));
             moments.map(|m| m.weight * m.trace()).sum::<f64>() / total
         };
-        cells.divisions.iter().map(variance).collect()
+        cells.levels.iter().map(variance).collect()
     }
 
-    /// How many patches a division has in a way.
-    pub fn count(&self, [division, way]: [usize; 2]) -> usize {
-        self.cells[way].divisions[division].len()
+    /// Number of patches in a level of a clustering.
+    pub fn count(&self, [level, clustering]: [usize; 2]) -> usize {
+        self.cells[clustering].levels[level].len()
     }
 
-    /// Settles which patches are wanted: those of some divisions and ways, one after the other.
-    /// With these patches.
-    pub fn want(&self, store: &TriangleStore, kinds: Vec<[usize; 2]>) -> (Selection, Vec<Patch>) {
-        let sums = sums_of_pieces(&self.pieces, store);
-        let all = self.sums_of(&sums, &kinds);
-        let middle = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
-            let middle = all.x / all.area;
-            let far = |&i: &usize| (sums[i].x / sums[i].area).distance_squared(middle);
+    /// Selects the patches of some [level, clustering] sets, concatenated in this order, and returns them.
+    pub fn select(&self, store: &TriangleStore, sets: Vec<[usize; 2]>) -> (Selection, Vec<Patch>) {
+        let sums = sums_of_subtriangles(&self.subtriangles, store);
+        let all = self.sums_of(&sums, &sets);
+        let centre = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
+            let centre = all.x / all.area;
+            let far = |&i: &usize| (sums[i].x / sums[i].area).distance_squared(centre);
             let nearest = cells.points(cell).min_by(|a, b| far(a).total_cmp(&far(b)));
             nearest.expect("no cell is empty") as u32
         };
-        let middles = (kinds.par_iter().zip(&all))
-            .map(|(&[division, way], all)| {
-                let cells = &self.cells[way];
-                let of_kind = cells.divisions[division].iter().zip(all);
-                of_kind
-                    .map(|(cell, all)| middle(cells, cell, all))
-                    .collect()
+        let centres = (sets.par_iter().zip(&all))
+            .map(|(&[level, clustering], all)| {
+                let cells = &self.cells[clustering];
+                let of_set = cells.levels[level].iter().zip(all);
+                of_set.map(|(cell, all)| centre(cells, cell, all)).collect()
             })
             .collect();
-        let wanted = Selection { kinds, middles };
-        let patches = self.patches_from(&all, store, &wanted);
-        (wanted, patches)
+        let selection = Selection { sets, centres };
+        let patches = self.patches_from(&all, store, &selection);
+        (selection, patches)
     }
 
-    /// Those, as the surfaces are now.
-    pub fn patches(&self, store: &TriangleStore, wanted: &Selection) -> Vec<Patch> {
-        let all = self.sums_of(&sums_of_pieces(&self.pieces, store), &wanted.kinds);
-        self.patches_from(&all, store, wanted)
+    /// The selected patches for the present shape of the surfaces.
+    pub fn patches(&self, store: &TriangleStore, selection: &Selection) -> Vec<Patch> {
+        let all = self.sums_of(
+            &sums_of_subtriangles(&self.subtriangles, store),
+            &selection.sets,
+        );
+        self.patches_from(&all, store, selection)
     }
 
     fn patches_from(
         &self,
         all: &[Vec<Sums>],
         store: &TriangleStore,
-        wanted: &Selection,
+        selection: &Selection,
     ) -> Vec<Patch> {
-        let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&wanted.middles))
-            .map(|(all, middles)| {
-                (all.iter().zip(middles))
-                    .map(|(all, &middle)| all.patch(&self.pieces[middle as usize], store))
+        let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&selection.centres))
+            .map(|(all, centres)| {
+                (all.iter().zip(centres))
+                    .map(|(all, &centre)| all.patch(&self.subtriangles[centre as usize], store))
                     .collect()
             })
             .collect();
         patches.concat()
     }
 
-    /// By kind, the sums over the pieces of each cell.
-    fn sums_of(&self, sums: &[Sums], kinds: &[[usize; 2]]) -> Vec<Vec<Sums>> {
-        let mut all = vec![Vec::new(); kinds.len()];
-        let of_ways: Vec<Vec<(usize, Vec<Sums>)>> = (0..self.cells.len())
+    /// Per set, the sums over the subtriangles of each cluster.
+    fn sums_of(&self, sums: &[Sums], sets: &[[usize; 2]]) -> Vec<Vec<Sums>> {
+        let mut all = vec![Vec::new(); sets.len()];
+        let by_clustering: Vec<Vec<(usize, Vec<Sums>)>> = (0..self.cells.len())
             .into_par_iter()
-            .map(|way| {
-                let mut of_way: Vec<usize> =
-                    (0..kinds.len()).filter(|&k| kinds[k][1] == way).collect();
-                of_way.sort_by_key(|&kind| Reverse(kinds[kind][0]));
-                let divisions = &self.cells[way].divisions;
+            .map(|clustering| {
+                let mut own_sets: Vec<usize> = (0..sets.len())
+                    .filter(|&k| sets[k][1] == clustering)
+                    .collect();
+                own_sets.sort_by_key(|&set| Reverse(sets[set][0]));
+                let levels = &self.cells[clustering].levels;
                 let mut found: Vec<(usize, Vec<Sums>)> = Vec::new();
-                for kind in of_way {
-                    let division = &divisions[kinds[kind][0]];
-                    let of_kind = match found.last() {
-                        // The cells of a finer division are parts of these.
-                        Some((finer, sums)) => {
-                            gathered(division, &divisions[kinds[*finer][0]], sums)
-                        }
-                        None => (division.iter())
+                for set in own_sets {
+                    let level = &levels[sets[set][0]];
+                    let of_set = match found.last() {
+                        // A finer level's clusters subdivide these clusters.
+                        Some((finer, sums)) => aggregate(level, &levels[sets[*finer][0]], sums),
+                        None => (level.iter())
                             .map(|cell| {
-                                let pieces = self.cells[way].points(cell);
-                                Sums::of(pieces.map(|piece| &sums[piece]))
+                                let subtriangles = self.cells[clustering].points(cell);
+                                Sums::of(subtriangles.map(|subtriangle| &sums[subtriangle]))
                             })
                             .collect(),
                     };
-                    found.push((kind, of_kind));
+                    found.push((set, of_set));
                 }
                 found
             })
             .collect();
-        for (kind, sums) in of_ways.into_iter().flatten() {
-            all[kind] = sums;
+        for (set, sums) in by_clustering.into_iter().flatten() {
+            all[set] = sums;
         }
         all
     }
 }
 
-fn sums_of_pieces(pieces: &[Piece], store: &TriangleStore) -> Vec<Sums> {
-    pieces.par_iter().map(|piece| piece.sums(store)).collect()
+fn sums_of_subtriangles(subtriangles: &[Subtriangle], store: &TriangleStore) -> Vec<Sums> {
+    subtriangles
+        .par_iter()
+        .map(|subtriangle| subtriangle.sums(store))
+        .collect()
 }
 
-/// Patches that are wanted.
+/// The patches in use.
 pub struct Selection {
-    /// Division and way.
-    kinds: Vec<[usize; 2]>,
-    /// By kind and cell, the piece in its middle, where rays start.
-    middles: Vec<Vec<u32>>,
+    /// Level and clustering.
+    sets: Vec<[usize; 2]>,
+    /// Per set and cluster: the subtriangle nearest to the cluster's centroid, where rays start.
+    centres: Vec<Vec<u32>>,
 }
 
-/// The sums of `cells` from those of their parts.
-fn gathered(cells: &[Range<usize>], parts: &[Range<usize>], sums: &[Sums]) -> Vec<Sums> {
+/// The sums of `cells` from the sums of the finer cells inside them.
+fn aggregate(cells: &[Range<usize>], finer: &[Range<usize>], sums: &[Sums]) -> Vec<Sums> {
     (cells.iter())
         .map(|cell| {
-            let first = parts.partition_point(|part| part.start < cell.start);
-            let end = parts.partition_point(|part| part.start < cell.end);
+            let first = finer.partition_point(|child| child.start < cell.start);
+            let end = finer.partition_point(|child| child.start < cell.end);
             Sums::of(&sums[first..end])
         })
         .collect()
 }
 
-/// Where the pieces are and where they send the light, in the axes of a way.
-fn points(sums: &[Sums], way: usize, distance: f64) -> Vec<Point<6>> {
-    let turned = direction_of(way);
+/// Position of each subtriangle and deflection of its light, in the axes of a clustering.
+fn points(sums: &[Sums], clustering: usize, distance: f64) -> Vec<Point<6>> {
+    let rotation = rotation_of(clustering);
     (sums.iter())
         .map(|sums| {
             let (x, n) = match sums.area > 0.0 {
-                true => (turned * sums.x / sums.area, turned * sums.n / sums.area),
+                true => (rotation * sums.x / sums.area, rotation * sums.n / sums.area),
                 false => (DVec3::ZERO, DVec3::ZERO),
             };
-            // Light turns by twice as much as the normal.
-            let turn = 2.0 * distance * n;
+            // Reflected light turns by twice the change of the normal.
+            let deflection = 2.0 * distance * n;
             Point {
-                place: [x.x, x.y, x.z, turn.x, turn.y, turn.z],
+                place: [x.x, x.y, x.z, deflection.x, deflection.y, deflection.z],
                 weight: sums.area,
             }
         })
         .collect()
 }
 
-/// The axes along which pieces are merged in a way: those of the scene, then others all around.
-fn direction_of(way: usize) -> DQuat {
+/// The axes of a clustering: the scene's axes for the first one, rotated axes for the others.
+fn rotation_of(clustering: usize) -> DQuat {
     let (golden_angle, tilt) = (PI * (3.0 - 5f64.sqrt()), 0.7);
     DQuat::from_euler(
         EulerRot::YXZ,
-        golden_angle * way as f64,
-        tilt * way as f64,
+        golden_angle * clustering as f64,
+        tilt * clustering as f64,
         0.0,
     )
 }
 
-/// Cuts a triangle into n² pieces.
-fn cut(object: u32, index: u32, n: u32, pieces: &mut Vec<Piece>) {
+/// Divides a triangle into n² subtriangles.
+fn subdivide(object: u32, index: u32, n: u32, subtriangles: &mut Vec<Subtriangle>) {
     let size = 1.0 / f64::from(n);
     for row in 0..n {
         for column in 0..n - row {
             let mut add = |corner: DVec2, size: f64| {
-                pieces.push(Piece {
+                subtriangles.push(Subtriangle {
                     object,
                     index,
                     midpoints: MIDPOINTS
@@ -261,7 +268,7 @@ fn cut(object: u32, index: u32, n: u32, pieces: &mut Vec<Piece>) {
     }
 }
 
-impl Piece {
+impl Subtriangle {
     fn triangle<'a>(&self, store: &'a TriangleStore) -> (u32, &'a Triangle, &'a Normals) {
         let place = store.indices(self.object as usize)[self.index as usize];
         let index = place as usize;
@@ -293,7 +300,7 @@ impl Piece {
     }
 }
 
-/// Integrals over a surface, of position x and interpolated normal n.
+/// Integrals of the position x and the interpolated normal n over a surface.
 #[derive(Clone)]
 struct Sums {
     area: f64,
@@ -319,9 +326,9 @@ impl Sums {
         nx: DMat3::ZERO,
     };
 
-    fn of<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
+    fn of<'a>(finer: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut all = Self::ZERO;
-        parts.into_iter().for_each(|part| all.add(part));
+        finer.into_iter().for_each(|child| all.add(child));
         all
     }
 
@@ -334,9 +341,9 @@ impl Sums {
         self.nx += other.nx;
     }
 
-    /// The triangle with the same mean and covariance of x, and the normals that are linear in x and
-    /// differ least from the surface's. As much light falls on it as its vector area says.
-    fn patch(&self, nearest: &Piece, store: &TriangleStore) -> Patch {
+    /// The triangle with the same mean and covariance of x, and with normals that are the best linear fit to the
+    /// surface's. Its area is the length of the vector area, so that it receives the same flux.
+    fn patch(&self, nearest: &Subtriangle, store: &TriangleStore) -> Patch {
         let (place, triangle, _) = nearest.triangle(store);
         let x = self.x / self.area;
         let n = self.n / self.area;
@@ -348,34 +355,34 @@ impl Sums {
         let covariance = self.xx * (1.0 / self.area) - outer(x, x);
         let crossed = self.nx * (1.0 / self.area) - outer(n, x);
         let entry = |a: DVec3, b: DVec3| a.dot(covariance * b);
-        let flat = DMat2::from_cols(
+        let planar = DMat2::from_cols(
             DVec2::new(entry(across[0], across[0]), entry(across[0], across[1])),
             DVec2::new(entry(across[0], across[1]), entry(across[1], across[1])),
         );
-        let axes = covariance_root(flat);
-        let least = 1e-6 * axes[0].length();
+        let axes = covariance_root(planar);
+        let min_deviation = 1e-6 * axes[0].length();
         let mut sides = [DVec3::ZERO; 2];
-        let mut bends = [DVec3::ZERO; 2];
+        let mut normal_changes = [DVec3::ZERO; 2];
         for (k, axis) in axes.into_iter().enumerate() {
             let deviation = axis.length();
-            if deviation <= least {
+            if deviation <= min_deviation {
                 continue;
             }
             let unit = (axis.x * across[0] + axis.y * across[1]) / deviation;
             sides[k] = deviation * unit;
-            bends[k] = crossed * unit / deviation;
+            normal_changes[k] = crossed * unit / deviation;
         }
-        // Sides of a triangle whose covariance has these axes, its corners counter-clockwise.
+        // Edges of a triangle whose covariance has these axes, corners counter-clockwise.
         let edges = |v: [DVec3; 2]| {
             let (a, b) = (6f64.sqrt() * v[0], 18f64.sqrt() * v[1]);
             [a + b, b - a].map(|edge| edge.as_vec3())
         };
         if sides[0].cross(sides[1]).dot(facing) < 0.0 {
-            (sides[1], bends[1]) = (-sides[1], -bends[1]);
+            (sides[1], normal_changes[1]) = (-sides[1], -normal_changes[1]);
         }
         let [edge1, edge2] = edges(sides);
-        let [bend1, bend2] = edges(bends);
-        // On the surface, where the rays to and from it start.
+        let [normal_du, normal_dv] = edges(normal_changes);
+        // A point on the surface, because rays start here.
         let [s, t] = (nearest.midpoints.iter().sum::<DVec2>() / 3.0)
             .as_vec2()
             .to_array();
@@ -388,9 +395,9 @@ impl Sums {
             object: triangle.object,
             edge2,
             unused0: 0.0,
-            bend1,
+            normal_du,
             unused1: 0.0,
-            bend2,
+            normal_dv,
             unused2: 0.0,
         }
     }

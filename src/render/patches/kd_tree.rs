@@ -1,5 +1,4 @@
-//! Division of weighted points into cells, as a k-d tree that always splits the cell of the largest
-//! weight × variance.
+//! Division of weighted points into cells by a k-d tree that always splits the cell with the largest weight × variance.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -12,11 +11,11 @@ pub struct Point<const N: usize> {
     pub weight: f64,
 }
 
-/// Divisions of the same points, each finer than the one before.
+/// Levels of cells over the same points, from coarse to fine.
 pub struct Cells {
-    /// Indices of points. Those of a cell are a range of these.
+    /// Indices of points. The points of a cell are a range of this list.
     pub order: Vec<u32>,
-    pub divisions: Vec<Vec<Range<usize>>>,
+    pub levels: Vec<Vec<Range<usize>>>,
 }
 
 impl Cells {
@@ -25,7 +24,7 @@ impl Cells {
     }
 }
 
-/// Weight and, by dimension, mean and variance of some points.
+/// Total weight and, for each dimension, mean and variance of some points.
 pub struct Moments<const N: usize> {
     pub weight: f64,
     pub mean: [f64; N],
@@ -62,7 +61,7 @@ impl<const N: usize> Moments<N> {
 struct Cell {
     priority: f64,
     range: Range<usize>,
-    /// Dimension of the largest variance, and the mean there.
+    /// Dimension of the largest variance, and the mean in that dimension.
     axis: usize,
     mean: f64,
 }
@@ -79,15 +78,15 @@ impl PartialOrd for Cell {
     }
 }
 impl Ord for Cell {
-    /// Equal priorities in the order of the points, so that divisions do not depend on chance.
+    /// Cells of equal priority are ordered by position, so that the result is deterministic.
     fn cmp(&self, other: &Self) -> Ordering {
         (self.priority.total_cmp(&other.priority))
             .then_with(|| other.range.start.cmp(&self.range.start))
     }
 }
 
-/// Divides `points`, of which each of `roots` is a cell at first, into `counts` cells (rising), or
-/// as many as there are points that differ.
+/// Divides `points` into levels of `counts` cells (increasing), or as many as there are distinct points. Each of
+/// `roots` is a cell of the coarsest level.
 pub fn split<const N: usize>(
     points: &[Point<N>],
     roots: &[Range<usize>],
@@ -110,38 +109,40 @@ pub fn split<const N: usize>(
     let mut heap: BinaryHeap<Cell> = (roots.iter().filter(|root| !root.is_empty()))
         .map(|root| cell(&order, root.clone()))
         .collect();
-    let mut whole = Vec::new();
-    let mut divisions = Vec::new();
+    let mut unsplittable = Vec::new();
+    let mut levels = Vec::new();
     for &count in counts {
-        while heap.len() + whole.len() < count {
+        while heap.len() + unsplittable.len() < count {
             let Some(widest) = heap.pop() else { break };
             let inside = &mut order[widest.range.clone()];
             let above = |&index: &u32| points[index as usize].place[widest.axis] > widest.mean;
             inside.sort_by_key(above);
-            let middle = widest.range.start + inside.partition_point(|index| !above(index));
-            if widest.priority <= 0.0 || middle == widest.range.end || middle == widest.range.start
+            let boundary = widest.range.start + inside.partition_point(|index| !above(index));
+            if widest.priority <= 0.0
+                || boundary == widest.range.end
+                || boundary == widest.range.start
             {
-                whole.push(widest.range);
+                unsplittable.push(widest.range);
                 continue;
             }
-            heap.push(cell(&order, widest.range.start..middle));
-            heap.push(cell(&order, middle..widest.range.end));
+            heap.push(cell(&order, widest.range.start..boundary));
+            heap.push(cell(&order, boundary..widest.range.end));
         }
         let mut cells: Vec<Range<usize>> = (heap.iter().map(|cell| cell.range.clone()))
-            .chain(whole.iter().cloned())
+            .chain(unsplittable.iter().cloned())
             .collect();
         cells.sort_by_key(|cell| cell.start);
-        divisions.push(cells);
+        levels.push(cells);
     }
-    Cells { order, divisions }
+    Cells { order, levels }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Every point is in one cell of each division, finer cells lie in coarser ones, and the heavy
-    /// half is divided more finely.
+    /// Every point is in one cell of each level, finer cells lie in coarser ones, and the heavy half is divided more
+    /// finely.
     #[test]
     fn cells_follow_the_weight() {
         let points: Vec<Point<2>> = (0..1000)
@@ -154,23 +155,23 @@ mod tests {
             })
             .collect();
         let cells = split(&points, &[0..300, 300..1000], &[2, 8, 64]);
-        assert_eq!(cells.divisions[0], [0..300, 300..1000]);
-        for (count, division) in [2, 8, 64].into_iter().zip(&cells.divisions) {
-            assert_eq!(division.len(), count);
+        assert_eq!(cells.levels[0], [0..300, 300..1000]);
+        for (count, level) in [2, 8, 64].into_iter().zip(&cells.levels) {
+            assert_eq!(level.len(), count);
             let mut seen = vec![0; 1000];
-            division
+            level
                 .iter()
                 .flat_map(|cell| cells.points(cell))
                 .for_each(|i| seen[i] += 1);
             assert_eq!(seen, [1; 1000]);
         }
-        for fine in &cells.divisions[2] {
+        for fine in &cells.levels[2] {
             let inside =
                 |coarse: &Range<usize>| coarse.start <= fine.start && fine.end <= coarse.end;
-            assert_eq!(cells.divisions[1].iter().filter(|c| inside(c)).count(), 1);
+            assert_eq!(cells.levels[1].iter().filter(|c| inside(c)).count(), 1);
         }
         let heavy = |cell: &&Range<usize>| points[cells.order[cell.start] as usize].weight > 1.0;
-        assert!(cells.divisions[2].iter().filter(heavy).count() > 48);
+        assert!(cells.levels[2].iter().filter(heavy).count() > 48);
     }
 
     #[test]
@@ -182,7 +183,7 @@ mod tests {
             })
             .collect();
         let (all, none) = (vec![0..10; 1], vec![0..0; 1]);
-        assert_eq!(split(&points, &all, &[4]).divisions, [all]);
-        assert!(split::<1>(&[], &none, &[4]).divisions[0].is_empty());
+        assert_eq!(split(&points, &all, &[4]).levels, [all]);
+        assert!(split::<1>(&[], &none, &[4]).levels[0].is_empty());
     }
 }

@@ -1,4 +1,4 @@
-//! patches: the casters' triangles divided into the paper's sample points.
+//! patches: the division of the casters' triangles into the paper's sample points.
 
 pub mod casters;
 pub mod clusters;

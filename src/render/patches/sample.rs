@@ -1,4 +1,4 @@
-//! sample: cuts the mirrors' triangles into patches, the paper's sample points.
+//! sample: divides the casters' lit triangles into patches, the paper's sample points.
 
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Recorder, Resource, shaders};
@@ -6,7 +6,7 @@ use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{Patch, SamplePush};
 use std::sync::Arc;
 
-/// Patches of a dispatch: every device takes 65 535 workgroups, of 64 threads here.
+/// Patches per dispatch: every device supports 65 535 workgroups, of 64 threads here.
 pub const BATCH: u32 = 65_535 * 64;
 
 pub struct Sample {
@@ -23,7 +23,7 @@ impl Sample {
         Ok(Self { pipeline, patches })
     }
 
-    /// Makes `patches` patches from number `first_patch` on.
+    /// Writes `patches` patches from index `first_patch` on.
     pub fn record(
         &self,
         recorder: &mut Recorder,
@@ -34,7 +34,7 @@ impl Sample {
         let push = SamplePush {
             first_patch,
             patch_count: scene.casters.patch_count,
-            reflector_count: scene.casters.lit_count,
+            lit_triangle_count: scene.casters.lit_count,
         };
         recorder.dispatch(&self.pipeline, &push, [patches, 1, 1]);
     }
@@ -48,7 +48,7 @@ mod tests {
     use crate::render::settings::Settings;
     use std::path::Path;
 
-    /// The patches of a finely cut triangle are its n² cells, each once.
+    /// The patches of a finely divided triangle are its n² cells, each once.
     #[test]
     fn patches_tile_their_triangle() {
         const N: u32 = 600;

@@ -1,4 +1,4 @@
-//! dilate: the light maps of meshes continued around their charts.
+//! dilate: extends the light maps of meshes around their charts.
 
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
@@ -7,7 +7,7 @@ use crate::render::gpu_types::DilatePush;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Fills the texels around the charts of an image with the layout of the light maps.
+/// Fills the texels around the charts of an image that has the layout of the light maps.
 pub struct Dilate {
     pipeline: BoundPipeline,
 }
@@ -21,10 +21,10 @@ impl Dilate {
         Ok(Self { pipeline })
     }
 
-    /// Some rows of a mesh receiver's light map.
+    /// Records the dilation of some rows of a mesh receiver's light map.
     pub fn record(&self, recorder: &mut Recorder, receiver: u32, width: u32, rows: Range<u32>) {
         let push = DilatePush {
-            curved: receiver,
+            receiver,
             first_row: rows.start,
         };
         recorder.dispatch(&self.pipeline, &push, [width, rows.end - rows.start, 1]);

@@ -1,16 +1,16 @@
-//! The receivers and their light maps, which lie in one image, a tile each.
+//! The receivers and their light maps, which are tiles of one image.
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::dispatch::{GroupRect, group_count};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, Curved, Receiver};
-use crate::render::receivers::mesh::{Surfaces, node_count, surfaces};
+use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, MeshReceiver, PlanarReceiver};
+use crate::render::receivers::mesh::{MeshReceiverData, mesh_receiver_data, node_count};
 use crate::scene::{Atlas, Scene};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// A receiver's part of the light-map image.
+/// A receiver's tile of the light-map image.
 #[derive(Debug, Clone, Copy)]
 pub struct Tile {
     /// Index into [`Scene::objects`].
@@ -22,28 +22,28 @@ pub struct Tile {
 }
 
 pub struct DeviceReceivers {
-    /// Those of planar receivers, then those of meshes.
+    /// Tiles of the planar receivers, then of the mesh receivers.
     pub tiles: Vec<Tile>,
     pub planar_count: u32,
     /// Size of the light-map image, texels.
     pub image_size: [u32; 2],
-    /// Layouts of the mesh receivers, by object.
+    /// Atlases of the mesh receivers, indexed by object.
     pub atlases: Vec<Option<Atlas>>,
     pub planar: Buffer,
     pub mesh: Buffer,
     pub atlas_texels: Buffer,
     pub atlas_samples: Buffer,
     pub atlas_nodes: Buffer,
-    /// What the buffer `planar` holds.
-    pub planar_now: Vec<Receiver>,
+    /// Contents of the buffer `planar`.
+    pub planar_now: Vec<PlanarReceiver>,
 }
 
 impl DeviceReceivers {
-    /// `atlases` are those of [`crate::render::receivers::mesh::atlases`].
+    /// `atlases` come from [`crate::render::receivers::mesh::atlases`].
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is nothing to light or the light maps do not fit, [`Error::Device`] where the
-    /// device's memory does not suffice.
+    /// [`Error::Usage`] where there is nothing to light or the light maps do not fit, [`Error::Device`] if device
+    /// memory is insufficient.
     pub fn new(context: &Arc<Context>, scene: &Scene, atlases: Vec<Option<Atlas>>) -> Result<Self> {
         let (tiles, image_size) = pack(scene, context.max_image_side())?;
         let planar_count = scene.receivers().count();
@@ -56,9 +56,13 @@ impl DeviceReceivers {
             planar: buffer(
                 "planar receivers",
                 planar_count as u64,
-                size_of::<Receiver>(),
+                size_of::<PlanarReceiver>(),
             )?,
-            mesh: buffer("mesh receivers", meshes.len() as u64, size_of::<Curved>())?,
+            mesh: buffer(
+                "mesh receivers",
+                meshes.len() as u64,
+                size_of::<MeshReceiver>(),
+            )?,
             atlas_texels: buffer("atlas texels", texels, size_of::<AtlasTexel>())?,
             atlas_samples: buffer("atlas samples", texels, size_of::<AtlasSamples>())?,
             atlas_nodes: buffer("atlas nodes", nodes, size_of::<AtlasNode>())?,
@@ -86,12 +90,12 @@ impl DeviceReceivers {
         if !meshes_moved || self.mesh_count() == 0 {
             return Ok(());
         }
-        let Surfaces {
+        let MeshReceiverData {
             receivers,
             texels,
             samples,
             nodes,
-        } = surfaces(scene, self.mesh_tiles(), &self.atlases, store)?;
+        } = mesh_receiver_data(scene, self.mesh_tiles(), &self.atlases, store)?;
         staging.write(&self.mesh, 0, &receivers)?;
         staging.write(&self.atlas_texels, 0, &texels)?;
         staging.write(&self.atlas_samples, 0, &samples)?;
@@ -106,7 +110,7 @@ impl DeviceReceivers {
         &self.tiles[self.planar_count as usize..]
     }
 
-    /// The receiver of a tile: its index among those of its kind, and whether it is a mesh.
+    /// The receiver of a tile: the index among the receivers of its kind, and whether it is a mesh.
     pub fn of_tile(&self, tile: usize) -> (u32, bool) {
         match tile.checked_sub(self.planar_count as usize) {
             Some(mesh) => (mesh as u32, true),
@@ -114,34 +118,34 @@ impl DeviceReceivers {
         }
     }
 
-    /// That of an object, if it is a receiver.
+    /// The same for an object, if it is a receiver.
     pub fn of_object(&self, object: usize) -> Option<(u32, bool)> {
         let tile = self.tiles.iter().position(|tile| tile.object == object)?;
         Some(self.of_tile(tile))
     }
 
-    /// Sides that all light maps fit into, texels.
+    /// Size that contains every light map, texels.
     pub fn largest_light_map(&self) -> [u32; 2] {
         [0, 1].map(|axis| (self.tiles.iter().map(|tile| tile.size[axis]).max()).unwrap_or(1))
     }
 
-    /// Texels of the largest light map.
-    pub fn most_texels(&self) -> u64 {
+    /// Number of texels of the largest light map.
+    pub fn max_texels(&self) -> u64 {
         (self.tiles.iter().map(|tile| texel_count(tile.size)).max()).unwrap_or(1)
     }
 
-    /// Workgroups that cover all receivers' light maps.
+    /// Number of workgroups that cover all receivers' light maps.
     pub fn group_count(&self) -> u64 {
         self.tiles.iter().map(|tile| group_count(tile.size)).sum()
     }
 
-    /// The tile with workgroup number `first` of all receivers', and the part of it that begins there and has at most
-    /// `most` workgroups.
-    pub fn group_rect(&self, mut first: u64, most: u64) -> (usize, GroupRect) {
+    /// The tile that contains workgroup `first` of all receivers, and the rectangle of the tile that starts there and
+    /// has at most `max_groups` workgroups.
+    pub fn group_rect(&self, mut first: u64, max_groups: u64) -> (usize, GroupRect) {
         for (index, tile) in self.tiles.iter().enumerate() {
             let count = group_count(tile.size);
             if first < count {
-                return (index, GroupRect::of(tile.size, first, most));
+                return (index, GroupRect::of(tile.size, first, max_groups));
             }
             first -= count;
         }
@@ -153,17 +157,20 @@ fn texel_count([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// The coarsest level of any light map; as in receiver.glsl.
-pub const COARSEST: u32 = 5;
+/// The coarsest level of any light map; same constant as in planar_receiver.glsl.
+pub const MAX_LEVEL: u32 = 5;
 
-/// The coarsest level of a light map that footprints are splatted into; as in receiver.glsl.
+/// The coarsest level of a light map of this size; same function as in planar_receiver.glsl.
 fn coarsest_level(size: [u32; 2]) -> u32 {
-    const FEWEST: u32 = 16;
-    (size[0].min(size[1]) / FEWEST).max(1).ilog2().min(COARSEST)
+    const MIN_COARSE_SIDE: u32 = 16;
+    (size[0].min(size[1]) / MIN_COARSE_SIDE)
+        .max(1)
+        .ilog2()
+        .min(MAX_LEVEL)
 }
 
-/// Texels of a light map together with the coarser levels beside it, one below the other. They
-/// are together no higher than itself.
+/// Size of a light map with the coarser levels beside it, one below the other. Together they are no higher than the
+/// light map.
 fn padded(size: [u32; 2]) -> [u32; 2] {
     match coarsest_level(size) {
         0 => size,
@@ -171,7 +178,7 @@ fn padded(size: [u32; 2]) -> [u32; 2] {
     }
 }
 
-/// Places the receivers' light maps in columns.
+/// Packs the receivers' light maps in columns.
 fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     let mut tiles: Vec<Tile> = Vec::new();
     let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
@@ -218,11 +225,11 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     Ok((tiles, [width, height]))
 }
 
-fn planar(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<Receiver> {
+fn planar(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<PlanarReceiver> {
     scene
         .receivers()
         .zip(tiles)
-        .map(|((_, rect, _), tile)| Receiver {
+        .map(|((_, rect, _), tile)| PlanarReceiver {
             origin: (rect.origin - origin).as_vec3(),
             tile_x: tile.origin[0],
             edge_u: rect.edge_u.as_vec3(),

@@ -1,29 +1,29 @@
-//! the mesh receivers as the shaders see them: what lies in each texel of their light maps,
-//! where rays start, and the quadtree in which light finds the texels that it falls on.
+//! Mesh receivers for the shaders: the surface in each texel of their light maps, points where rays start, and the
+//! quadtree that finds the texels that a beam of light meets.
 
 use crate::error::{Error, Result};
 use crate::render::geometry::triangle_store::{TriangleStore, packed};
 use crate::render::gpu_types::{
-    AtlasNode, AtlasSamples, AtlasTexel, Curved, LEAF, NO_TEXEL, NO_TRIANGLE,
+    AtlasNode, AtlasSamples, AtlasTexel, LEAF, MeshReceiver, NO_TEXEL, NO_TRIANGLE,
 };
 use crate::render::receivers::light_maps::Tile;
 use crate::scene::{Atlas, Mesh, NoLayout, Scene};
 use glam::{DMat3, DVec2, DVec3, UVec4};
 use std::f64::consts::FRAC_PI_2;
 
-/// Texels and nodes that 32 bits count with room to spare.
-const MOST_TEXELS: usize = 1 << 28;
+/// Maximum number of texels: texels and nodes then fit in 32 bits.
+const MAX_TEXELS: usize = 1 << 28;
 
-/// Of all mesh receivers, in the order of their tiles.
+/// Data of all mesh receivers, in the order of their tiles.
 #[derive(Default)]
-pub struct Surfaces {
-    pub receivers: Vec<Curved>,
+pub struct MeshReceiverData {
+    pub receivers: Vec<MeshReceiver>,
     pub texels: Vec<AtlasTexel>,
     pub samples: Vec<AtlasSamples>,
     pub nodes: Vec<AtlasNode>,
 }
 
-/// The layouts of the mesh receivers by object.
+/// The atlases of the mesh receivers, indexed by object.
 ///
 /// # Errors
 /// [`Error::Usage`] where a mesh cannot be laid out.
@@ -38,18 +38,18 @@ pub fn atlases(scene: &Scene) -> Result<Vec<Option<Atlas>>> {
 
 /// # Errors
 /// [`Error::Usage`] where the light maps together have too many texels.
-pub fn surfaces(
+pub fn mesh_receiver_data(
     scene: &Scene,
     tiles: &[Tile],
     atlases: &[Option<Atlas>],
     store: &TriangleStore,
-) -> Result<Surfaces> {
-    let mut all = Surfaces::default();
+) -> Result<MeshReceiverData> {
+    let mut all = MeshReceiverData::default();
     for ((object, mesh, size), tile) in scene.curved_receivers().zip(tiles) {
         let atlas = atlases[object].as_ref().expect("laid out");
-        let surface = Surface::new(atlas, mesh, store.origin);
+        let mesh_texels = MeshTexels::new(atlas, mesh, store.origin);
         let levels = levels(size);
-        all.receivers.push(Curved {
+        all.receivers.push(MeshReceiver {
             tile_x: tile.origin[0],
             tile_y: tile.origin[1],
             width: size[0],
@@ -59,12 +59,12 @@ pub fn surfaces(
             levels,
             ..Default::default()
         });
-        all.nodes.extend(surface.nodes(levels));
-        all.texels.extend(surface.texels);
+        all.nodes.extend(mesh_texels.nodes(levels));
+        all.texels.extend(mesh_texels.texels);
         all.samples.extend(samples(atlas, store.indices(object)));
-        if all.texels.len() > MOST_TEXELS {
+        if all.texels.len() > MAX_TEXELS {
             return Err(Error::Usage {
-                reason: format!("the light maps of meshes have more than {MOST_TEXELS} texels"),
+                reason: format!("the light maps of meshes have more than {MAX_TEXELS} texels"),
                 remedy: "ask for smaller light maps".into(),
             });
         }
@@ -78,17 +78,17 @@ fn levels(size: [u32; 2]) -> u32 {
     sides[0].max(sides[1]).next_power_of_two().ilog2()
 }
 
-/// Nodes of the quadtree of a light map.
+/// Number of nodes of the quadtree of a light map.
 pub fn node_count(size: [u32; 2]) -> u64 {
     (0..=levels(size)).map(|level| 1 << (2 * level)).sum()
 }
 
-/// Points on the triangles in the quarters of every texel.
+/// A point on a triangle in each quarter of every texel.
 fn samples(atlas: &Atlas, places: &[u32]) -> impl Iterator<Item = AtlasSamples> {
     let [width, height] = atlas.size();
     (0..(width * height) as usize).map(move |texel| {
         let (mut triangles, mut weights) = (UVec4::splat(NO_TRIANGLE), UVec4::ZERO);
-        // The last of a quarter's pieces stays; any would do.
+        // The last piece of a quarter is used; any piece is equally good.
         for piece in atlas.pieces(texel) {
             let quarter = piece.quarter as usize;
             triangles[quarter] = places[piece.triangle as usize];
@@ -98,19 +98,19 @@ fn samples(atlas: &Atlas, places: &[u32]) -> impl Iterator<Item = AtlasSamples> 
     })
 }
 
-/// One receiver's.
-struct Surface {
+/// The texels of one receiver.
+struct MeshTexels {
     size: [u32; 2],
     texels: Vec<AtlasTexel>,
-    /// Of what lies in them, seen as the images of whole squares, m².
+    /// Covariances of the surface in the texels, as images of whole squares, m².
     covariances: Vec<DMat3>,
 }
 
-impl Surface {
+impl MeshTexels {
     fn new(atlas: &Atlas, mesh: &Mesh, origin: DVec3) -> Self {
         let found = atlas.texels(mesh);
         let width = atlas.size()[0] as usize;
-        // The images of a texel's sides by the map of a triangle.
+        // The images of a texel's sides under the map of a triangle.
         let sides = |triangle: u32, place: DVec2| {
             let at = |place| mesh.point(triangle as usize, atlas.weights_at(triangle, place));
             let corner = at(place);
@@ -145,15 +145,15 @@ impl Surface {
                 (outer(u) + outer(v)) * (1.0 / 12.0)
             })
             .collect();
-        // The surface at the middle of `texel`, continued from the centroid of what lies in `source`.
+        // The surface at the centre of `texel`, extrapolated from the centroid of the surface in `source`.
         let continued = |source: usize, texel: usize| {
             let triangle = largest(source).expect("a texel in a chart");
             let [u, v] = sides(triangle, middle(source));
-            let way = middle(texel) - atlas.centroid(mesh, source);
-            (found[source].position + way.x * u + way.y * v - origin).as_vec3()
+            let offset = middle(texel) - atlas.centroid(mesh, source);
+            (found[source].position + offset.x * u + offset.y * v - origin).as_vec3()
         };
-        // Texels that a chart covers in part show the light at their middle all the same, and texels
-        // around the charts continue them, or else looking up between texels would show the seams.
+        // Texels that a chart covers in part show the light at their centre, and texels around the charts extrapolate
+        // it; otherwise bilinear look-ups would show the seams.
         for (index, texel) in texels.iter_mut().enumerate() {
             if !atlas.pieces(index).is_empty() {
                 texel.position = continued(index, index);
@@ -175,7 +175,7 @@ impl Surface {
         }
     }
 
-    /// The quadtree, level by level from the leaves, each row by row.
+    /// The quadtree, level by level from the leaves, each level row by row.
     fn nodes(&self, levels: u32) -> Vec<AtlasNode> {
         let side = 1usize << levels;
         let mut level: Vec<Node> = (0..side * side)
@@ -228,7 +228,7 @@ impl Surface {
             centre,
             radius: radius.fold(0.0, f64::max),
             covariance: texels.iter().map(|t| self.covariances[*t]).sum(),
-            widest: texels.iter().map(trace).fold(0.0, f64::max),
+            max_trace: texels.iter().map(trace).fold(0.0, f64::max),
             axis,
             angle: angle.fold(0.0, f64::max),
         }
@@ -238,17 +238,17 @@ impl Surface {
 /// A square of texels.
 #[derive(Clone, Copy)]
 struct Node {
-    /// Texels.
+    /// Number of texels.
     count: f64,
     low: DVec3,
     high: DVec3,
     centre: DVec3,
     radius: f64,
-    /// Sum of the texels'.
+    /// Sum of the texels' covariances.
     covariance: DMat3,
-    widest: f64,
+    max_trace: f64,
     axis: DVec3,
-    /// From the axis to any normal, at most, rad.
+    /// Maximum angle between the axis and any normal, rad.
     angle: f64,
 }
 
@@ -260,7 +260,7 @@ impl Node {
         centre: DVec3::ZERO,
         radius: 0.0,
         covariance: DMat3::ZERO,
-        widest: 0.0,
+        max_trace: 0.0,
         axis: DVec3::ZERO,
         angle: 0.0,
     };
@@ -285,7 +285,7 @@ impl Node {
             centre,
             radius: (radius.fold(0.0, f64::max)).min(0.5 * low.distance(high)),
             covariance: filled().map(|c| c.covariance).sum(),
-            widest: filled().map(|c| c.widest).fold(0.0, f64::max),
+            max_trace: filled().map(|c| c.max_trace).fold(0.0, f64::max),
             axis,
             angle: angle.fold(0.0, f64::max),
         }
@@ -298,17 +298,17 @@ impl Node {
                 ..Default::default()
             };
         }
-        // Room for rounding to 32 bits.
-        const ROOM: f64 = 1.0 + 1e-5;
+        // Margin for rounding to 32 bits.
+        const MARGIN: f64 = 1.0 + 1e-5;
         let c = self.covariance * (1.0 / self.count);
         AtlasNode {
             centre: self.centre.as_vec3(),
-            radius: (self.radius * ROOM) as f32,
+            radius: (self.radius * MARGIN) as f32,
             diagonal: DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z).as_vec3(),
-            widest: self.widest as f32,
-            beside: DVec3::new(c.x_axis.y, c.x_axis.z, c.y_axis.z).as_vec3(),
+            max_trace: self.max_trace as f32,
+            off_diagonal: DVec3::new(c.x_axis.y, c.x_axis.z, c.y_axis.z).as_vec3(),
             sine: match self.angle < FRAC_PI_2 && self.axis != DVec3::ZERO {
-                true => (self.angle.sin() * ROOM) as f32,
+                true => (self.angle.sin() * MARGIN) as f32,
                 false => 2.0,
             },
             axis: self.axis.as_vec3(),

@@ -1,4 +1,4 @@
-//! receivers: the surfaces that keep light maps, planar ones and meshes.
+//! receivers: the surfaces with light maps, planar receivers and mesh receivers.
 
 pub mod dilate;
 pub mod light_maps;

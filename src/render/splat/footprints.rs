@@ -1,4 +1,4 @@
-//! Footprints: the image of a wide light in a patch on a planar receiver, as a kernel.
+//! Footprints: kernels that represent the images of wide lights by patches on planar receivers.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, shaders};
@@ -10,7 +10,7 @@ use crate::render::splat::projector::{Description, Passes, Projector};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
 
-/// Footprints of a patch on a receiver by one lobe: one, and its fold.
+/// Footprints of a patch on a receiver for one lobe: the footprint and its fold.
 const SLOTS: u32 = 2;
 
 /// # Errors
@@ -43,11 +43,11 @@ pub fn footprints(
         ),
     };
     let description = Description {
-        shader: &shaders::PROJECT_COMP,
+        shader: &shaders::FOOTPRINT_COMP,
         splats: "footprints",
         splat_bytes: size_of::<Footprint>(),
         slots: SLOTS * scene.planar_targets(),
-        draw: [&shaders::SPLAT_VERT, &shaders::SPLAT_FRAG],
+        draw: [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG],
         draw_reads: &[],
         receiver_count: scene.receivers.planar_count,
         spread,

@@ -1,38 +1,36 @@
-//! Constants of the footprint's kernel ((1 − t)/(1 − κt))⁴, t = dᵀΣ⁻¹d / a².
+//! Constants of the footprint's kernel ((1 − t)/(1 − βt))⁴, t = dᵀΣ⁻¹d / a², with the flatness β.
 
 use crate::render::gpu_types::Profile;
 
-/// Variance of the kernel over that of the triangular patch, 12 k² with k = 0.47.
+/// Variance of the kernel over the variance of the triangular patch, 12 k² with k = 0.47.
 ///
-/// Centroids of a mesh's triangles form an affine image of a honeycomb, and at k = 0.493 the first
-/// zero of the spectrum of (1 − r²/a²)⁴ falls on its nearest frequencies, so that the kernels add
-/// up to an even sheet. A little less blurs less and ripples a little more: on the ring, k = 0.43,
-/// 0.45, 0.47, 0.49 gave L1 3.8, 3.2, 3.0, 3.0 % at 4 k footprints and 2.3, 2.1, 2.0, 2.1 % under
-/// a sun of 2.5°.
+/// The centroids of a mesh's triangles form an affine image of a honeycomb. At k = 0.493 the first zero of the spectrum
+/// of (1 − r²/a²)⁴ falls on the nearest frequencies of the honeycomb, so that the kernels add up to an even sum. A
+/// slightly smaller k blurs less and ripples more: on the ring, k = 0.43, 0.45, 0.47, 0.49 gave L1 3.8, 3.2, 3.0, 3.0 %
+/// at 4 k footprints and 2.3, 2.1, 2.0, 2.1 % under a sun of 2.5°.
 pub const SPREAD: f32 = 12.0 * 0.47 * 0.47;
 
-/// The same for flat patches, k = 0.65. Their kernels may be wide, as only the mirror's edge is
-/// blurred, and with the sharpness [`SHARPEST`] their sum is even to 0.08 % of itself.
+/// The same for flat patches, k = 0.65. Kernels of flat patches may be wide, because they blur only the caster's
+/// silhouette, and with the sharpness [`SHARPEST`] their sum is even to 0.08 %.
 pub const FLAT_SPREAD: f32 = 12.0 * 0.65 * 0.65;
 
-/// The same for patches merged from many triangles, which are no honeycomb. The light's own width
-/// evens their sum, too: 1.8 to 2.65 gave the same L1 on the ring under two windows, 5.3 to 5.5 %.
+/// The same for patch clusters, which form no honeycomb. The width of the environment cells also evens out the sum: 1.8
+/// to 2.65 gave the same L1 on the ring under two windows, 5.3 to 5.5 %.
 pub const CLUSTER_SPREAD: f32 = 1.8;
 
-/// The same for the edges of the sky's images, which blur less: 1.0, 1.4, 1.8 gave an L1 of 5.7, 4.8, 5.2 % on
+/// The same for the edges of pinhole images, which need less blur: 1.0, 1.4, 1.8 gave an L1 of 5.7, 4.8, 5.2 % on
 /// `table`.
 pub const IMAGE_SPREAD: f32 = 1.4;
 
-/// Entries of the table that kernel_for() of footprint.glsl reads.
+/// Entries of the table that kernel_for() of kernel_fit.glsl reads.
 const PROFILES: usize = 64;
-/// The exponent of the sharpest kernel of the table.
+/// Exponent of the sharpest kernel of the table.
 const SHARPEST: f64 = 7.0;
-/// The flattest. A disc has p = 0, but its kernel has no smooth edge.
+/// Exponent of the flattest kernel. A disc has p = 0, but its kernel has no smooth edge.
 const FLATTEST: f64 = 0.05;
 
-/// Kernels by the exponent p of the kernel (1 − t)^p that has the same kurtosis, p from 0 to
-/// [`SHARPEST`] in even steps of √p: the flatness κ, the squared support radius a² that gives unit covariance, and the
-/// mean M₀ = ∫₀¹ k dt.
+/// The table of kernels: the flatness β, the squared support radius a² that gives unit covariance, and the mean M₀ =
+/// ∫₀¹ k dt. An entry has the kurtosis of the kernel (1 − t)^p; p goes from 0 to [`SHARPEST`] in even steps of √p.
 pub fn profiles() -> Vec<Profile> {
     let place = |i| i as f64 / (PROFILES - 1) as f64;
     (0..PROFILES)
@@ -41,8 +39,8 @@ pub fn profiles() -> Vec<Profile> {
 }
 
 fn profile(p: f64) -> Profile {
-    // With t = r²/a² the kernel's integral over the plane is π a² M₀, its variance on an axis
-    // a²/2 · M₁/M₀, and its kurtosis goes with M₂M₀/M₁², which is 2(p + 2)/(p + 3) for (1 − t)^p.
+    // With t = r²/a² the kernel's integral over the plane is π a² M₀ and its variance on an axis is a²/2 · M₁/M₀. Its
+    // kurtosis is proportional to M₂M₀/M₁², which is 2(p + 2)/(p + 3) for (1 − t)^p.
     let kurtosis = 2.0 * (p + 2.0) / (p + 3.0);
     let (mut low, mut high) = (-1.0, 1.0 - 1e-6);
     for _ in 0..40 {
@@ -64,7 +62,7 @@ fn profile(p: f64) -> Profile {
     }
 }
 
-/// ∫₀¹ tⁱ ((1 − t)/(1 − κt))⁴ dt, i = 0, 1, 2, by the midpoint rule, good to 1e-6 here.
+/// ∫₀¹ tⁱ ((1 − t)/(1 − βt))⁴ dt, i = 0, 1, 2, by the midpoint rule, good to 1e-6 here.
 fn moments(flatness: f64) -> [f64; 3] {
     const STEPS: usize = 4000;
     let mut sums = [0.0; 3];

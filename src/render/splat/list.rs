@@ -1,5 +1,5 @@
-//! The splats of a batch of pairs of patch and light, and compact: the list of the slots that are used, in a
-//! fixed order, for one indirect draw. Equal input gives equal bits.
+//! Splat list: the splats of a batch of pairs of patch and light, and compact, which lists the used slots in a fixed
+//! order for one indirect draw. Equal input gives equal bits.
 
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
@@ -11,12 +11,12 @@ use std::sync::Arc;
 
 /// Workgroup size of the projectors' shaders and of compact.comp.
 const GROUP: u32 = 64;
-/// Pairs of a thread of compact.comp.
+/// Pairs per thread of compact.comp.
 const PAIRS: u32 = 8;
-/// Bytes that the splats of one batch may take.
-const MOST_BYTES: u64 = 96 << 20;
+/// Maximum size of the splats of one batch, bytes.
+const MAX_BYTES: u64 = 96 << 20;
 
-/// Some pairs of a group of lights.
+/// A range of the pairs of a group of lights.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch {
     pub group: LightGroup,
@@ -26,23 +26,23 @@ pub struct Batch {
 
 pub struct SplatList {
     compact: BoundPipeline,
-    /// Room for the slots of every pair, of which the used ones come first.
+    /// The slots of every pair; the used slots come first.
     pub splats: Buffer,
-    /// By pair, how many of its slots are used; by workgroup the same, and how many of its pairs use any.
+    /// Used slots per pair; and per workgroup, used slots and pairs that use any.
     pub counts: Buffer,
     pub group_counts: Buffer,
     /// Index buffer of the listed quads.
     quads: Buffer,
-    /// A `VkDrawIndexedIndirectCommand` over the quads, their number, and that of the pairs that have any.
+    /// A `VkDrawIndexedIndirectCommand` for the quads, then the numbers of splats and of lit pairs.
     pub arguments: Buffer,
-    /// Pairs that there is room for at once.
+    /// Capacity, pairs per batch.
     pub capacity: u32,
-    /// Of a pair.
+    /// Slots per pair.
     slots: u32,
 }
 
 impl SplatList {
-    /// Room for `pairs`, or a batch of them, with `slots` of `splat_bytes` each.
+    /// A list for `pairs`, or for batches of them, with `slots` slots of `splat_bytes` each.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -54,8 +54,8 @@ impl SplatList {
         slots: u32,
     ) -> Result<Self> {
         let bytes = splat_bytes as u64 * u64::from(slots);
-        let most = MOST_BYTES.min(context.max_storage_bytes()) / bytes;
-        let capacity = (most as u32 / GROUP * GROUP)
+        let limit = MAX_BYTES.min(context.max_storage_bytes()) / bytes;
+        let capacity = (limit as u32 / GROUP * GROUP)
             .max(GROUP)
             .min(pairs.next_multiple_of(GROUP));
 
@@ -90,7 +90,7 @@ impl SplatList {
         })
     }
 
-    /// Lists the slots that are used by these pairs.
+    /// Lists the used slots of these pairs.
     pub fn record_compact(&self, recorder: &mut Recorder, pair_count: u32) {
         let push = CompactPush {
             pair_count,
@@ -99,7 +99,7 @@ impl SplatList {
         recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(PAIRS), 1, 1]);
     }
 
-    /// Draws the listed quads into the light maps, which `clear` empties before.
+    /// Draws the listed quads into the light maps; `clear` clears the maps first.
     pub fn record_draw(
         &self,
         recorder: &mut Recorder,

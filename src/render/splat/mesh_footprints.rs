@@ -1,15 +1,16 @@
-//! Mesh footprints: the image of a light in a patch on a mesh receiver, as a kernel that finds its texels in space.
+//! Mesh footprints: kernels that represent the images of lights by patches on mesh receivers. A kernel finds its texels
+//! by their positions in space.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::Spot;
+use crate::render::gpu_types::MeshFootprint;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::{CLUSTER_SPREAD, SPREAD};
 use crate::render::splat::projector::{Description, Passes, Projector};
 use std::sync::Arc;
 
-/// Of a patch on a receiver by one lobe; as in curved.comp.
+/// Footprints of a patch on a receiver for one lobe; same constant as in mesh_footprint.comp.
 const SLOTS: u32 = 32;
 
 /// # Errors
@@ -42,11 +43,11 @@ pub fn mesh_footprints(
     };
     let texels = &scene.receivers.atlas_texels;
     let description = Description {
-        shader: &shaders::CURVED_COMP,
-        splats: "spots",
-        splat_bytes: size_of::<Spot>(),
+        shader: &shaders::MESH_FOOTPRINT_COMP,
+        splats: "mesh_footprints",
+        splat_bytes: size_of::<MeshFootprint>(),
         slots: SLOTS * scene.casters.lobes * scene.receivers.mesh_count(),
-        draw: [&shaders::CURVED_VERT, &shaders::CURVED_FRAG],
+        draw: [&shaders::MESH_FOOTPRINT_VERT, &shaders::MESH_FOOTPRINT_FRAG],
         draw_reads: &[("atlas_texels", Resource::Buffer(texels))],
         receiver_count: scene.receivers.mesh_count(),
         spread,

@@ -1,4 +1,5 @@
-//! splat: projectors write what patches throw, compaction lists it, and one draw adds it to the light maps.
+//! splat: projectors write the splats of patches and lights, compaction lists them, and one draw adds them to the light
+//! maps.
 
 pub mod footprints;
 pub mod kernel_profiles;

@@ -1,9 +1,10 @@
-//! Pinhole images: a cell of the environment imaged by a patch cluster onto a planar receiver, with its edges.
+//! Pinhole images: the image of an environment cell, with sharp or blurred edges, by a patch cluster on a planar
+//! receiver.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::LightImage;
+use crate::render::gpu_types::PinholeImage;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::IMAGE_SPREAD;
 use crate::render::splat::projector::{Description, Passes, Projector};
@@ -19,12 +20,12 @@ pub fn pinhole_images(
     levels: &Levels,
 ) -> Result<Projector> {
     let description = Description {
-        shader: &shaders::LIGHT_IMAGE_COMP,
-        splats: "images",
-        splat_bytes: size_of::<LightImage>(),
-        // Transparent surfaces have two sides.
+        shader: &shaders::PINHOLE_IMAGE_COMP,
+        splats: "pinhole_images",
+        splat_bytes: size_of::<PinholeImage>(),
+        // Dielectrics project from both sides.
         slots: scene.casters.lobes * scene.planar_targets(),
-        draw: [&shaders::LIGHT_IMAGE_VERT, &shaders::LIGHT_IMAGE_FRAG],
+        draw: [&shaders::PINHOLE_IMAGE_VERT, &shaders::PINHOLE_IMAGE_FRAG],
         draw_reads: &[],
         receiver_count: scene.receivers.planar_count,
         spread: IMAGE_SPREAD,

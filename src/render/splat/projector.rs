@@ -1,5 +1,4 @@
-//! A projector: patches and lights in, splats out. What differs between the projectors is data; each has a
-//! file of its own.
+//! A projector: patches and lights in, splats out. Projectors differ only in data; each kind has a file of its own.
 
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Shader, Topology};
@@ -11,30 +10,30 @@ use crate::render::splat::list::{Batch, SplatList};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
 
-/// What a projector is made of.
+/// The data that defines a kind of projector.
 pub struct Description<'a> {
     pub shader: &'static Shader,
-    /// The shader's name for the splats that it writes.
+    /// Name of the shader's splat buffer.
     pub splats: &'static str,
     pub splat_bytes: usize,
-    /// Splats of a pair of patch and light, at most.
+    /// Maximum number of splats of a pair of patch and light.
     pub slots: u32,
     /// The shaders that draw a splat.
     pub draw: [&'static Shader; 2],
-    /// Buffers that these read beside the splats.
+    /// Buffers that these shaders read in addition to the splats.
     pub draw_reads: &'a [(&'static str, Resource<'a>)],
-    /// Receivers of the kind that it lights.
+    /// Number of receivers of the kind that the projector lights.
     pub receiver_count: u32,
-    /// Variance of a kernel over that of its patch.
+    /// Variance of a kernel over the variance of its patch.
     pub spread: f32,
-    /// Coarser levels, where wide splats go to them.
+    /// Coarser levels, if wide splats go to them.
     pub levels: Option<&'a Levels>,
-    /// Whether the area of triangles is taken wrongly, see [`crate::render::Area::Product`].
+    /// Whether triangles use the wrong area [`crate::render::Area::Product`].
     pub area_by_product: bool,
     pub passes: Passes,
 }
 
-/// Names of a projector's passes, and of all its work together.
+/// Names of a projector's passes, and of its work as a whole.
 #[derive(Debug, Clone, Copy)]
 pub struct Passes {
     pub work: &'static str,
@@ -47,18 +46,18 @@ pub struct Projector {
     project: BoundPipeline,
     pub list: SplatList,
     draw: BoundPipeline,
-    /// The lights that it projects.
+    /// The lights that the projector uses.
     pub source: Source,
     pub passes: Passes,
     receiver_count: u32,
     spread: f32,
     area_by_product: bool,
-    /// Bound in the place of an environment's pairs.
+    /// Bound instead of an environment's pairs.
     _no_pairs: Buffer,
 }
 
 impl Projector {
-    /// Projects the lights of `source` by `patches`, or an environment by its clusters.
+    /// A projector for the lights of `source`: with `patches`, or for an environment with its patch clusters.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -85,7 +84,7 @@ impl Projector {
         };
         let mut resources = vec![
             ("patches", Resource::Buffer(patches)),
-            ("suns", Resource::Buffer(lights)),
+            ("lights", Resource::Buffer(lights)),
             ("pairs", Resource::Buffer(pairs)),
             ("counts", Resource::Buffer(&list.counts)),
             ("group_counts", Resource::Buffer(&list.group_counts)),
@@ -122,14 +121,14 @@ impl Projector {
             lobes: scene.casters.lobes,
             spread: self.spread,
             flat_spread: FLAT_SPREAD,
-            trace: u32::from(scene.geometry.can_occlude),
+            can_occlude: u32::from(scene.geometry.can_occlude),
             clustered: u32::from(self.source == Source::Environment),
             product: u32::from(self.area_by_product),
         };
         recorder.dispatch(&self.project, &push, [batch.pair_count, 1, 1]);
     }
 
-    /// Draws the listed splats into the light maps, which `clear` empties before.
+    /// Draws the listed splats into the light maps; `clear` clears the maps first.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         self.list
             .record_draw(recorder, &self.draw, light_map, clear);

@@ -1,20 +1,20 @@
-//! resolve: the coarser levels of the light maps are added to the finer ones, one after the other.
+//! resolve: adds each coarser level of the light maps to the next finer one.
 
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{LevelsPush, ResolvePush};
-use crate::render::receivers::light_maps::COARSEST;
+use crate::render::receivers::light_maps::MAX_LEVEL;
 use std::sync::Arc;
 
-/// Texels of a step of resolve: 40 ms on two CPU cores.
+/// Texels per step of resolve: 40 ms on two CPU cores.
 const STEP_TEXELS: u32 = 1 << 19;
 
-/// Which levels are in use.
+/// The levels that contain footprints.
 pub struct Levels {
-    /// By planar receiver, bit l is set where its light map has footprints in level l.
+    /// Per planar receiver: bit l is set where its light map has footprints in level l.
     pub coarse: Buffer,
-    /// Rows of a step of resolve, at most.
+    /// Maximum number of rows in one step of resolve.
     pub rows: u32,
 }
 
@@ -35,7 +35,7 @@ pub struct Resolve {
     find_levels: BoundPipeline,
     resolve: BoundPipeline,
     pub levels: Levels,
-    /// A `VkDispatchIndirectCommand` for every step, by the level that is added to.
+    /// A `VkDispatchIndirectCommand` per level that is added to.
     steps: Buffer,
 }
 
@@ -48,7 +48,7 @@ impl Resolve {
         levels: Levels,
         light_map: &Image,
     ) -> Result<Self> {
-        let steps = Buffer::new(context, "resolve steps", 12 * u64::from(COARSEST))?;
+        let steps = Buffer::new(context, "resolve steps", 12 * u64::from(MAX_LEVEL))?;
         let coarse = ("coarse", Resource::Buffer(&levels.coarse));
         let own = [coarse, ("steps", Resource::Buffer(&steps))];
         let find_levels = scene.compute(context, &shaders::LEVELS_COMP, &own)?;
@@ -62,7 +62,7 @@ impl Resolve {
         })
     }
 
-    /// Finds how much there is to add.
+    /// Finds the levels in use and writes the dispatch sizes.
     pub fn record_levels(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let push = LevelsPush {
             receiver_count: scene.receivers.planar_count,
@@ -71,7 +71,7 @@ impl Resolve {
         recorder.dispatch(&self.find_levels, &push, [1, 1, 1]);
     }
 
-    /// Adds a step's rows from `first_row` on to a level. Nothing where no coarser level has footprints.
+    /// Adds the rows of one step, from `first_row` on, to `level`. Does nothing where no coarser level has footprints.
     pub fn record(&self, recorder: &mut Recorder, level: u32, first_row: u32) {
         let push = ResolvePush {
             level: level as i32,

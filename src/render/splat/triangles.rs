@@ -1,10 +1,10 @@
-//! Triangles: a patch carried along its corners' outgoing rays to a planar receiver, as a triangle of constant
-//! irradiance. Most renderings of water do that, and it is right for lights that blur much less than a texel.
+//! Triangles: a patch projected along its corners' outgoing rays onto a planar receiver, as a triangle of constant
+//! irradiance. Most renderings of water use this method. It is accurate for lights that blur much less than a texel.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::Beam;
+use crate::render::gpu_types::TriangleSplat;
 use crate::render::lights::Source;
 use crate::render::settings::Area;
 use crate::render::splat::kernel_profiles::SPREAD;
@@ -20,11 +20,11 @@ pub fn triangles(
     area: Area,
 ) -> Result<Projector> {
     let description = Description {
-        shader: &shaders::BEAMS_COMP,
-        splats: "beams",
-        splat_bytes: size_of::<Beam>(),
+        shader: &shaders::TRIANGLE_COMP,
+        splats: "triangle_splats",
+        splat_bytes: size_of::<TriangleSplat>(),
         slots: scene.planar_targets(),
-        draw: [&shaders::BEAMS_VERT, &shaders::BEAMS_FRAG],
+        draw: [&shaders::TRIANGLE_VERT, &shaders::TRIANGLE_FRAG],
         draw_reads: &[],
         receiver_count: scene.receivers.planar_count,
         spread: SPREAD,

@@ -9,9 +9,9 @@ use crate::scene::Camera;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Rays to each sun that a pixel's samples share; the constants of shade.comp.
-const SUN_RAYS: u64 = 16;
-/// Of a sample, to the environment.
+/// Rays to each light, shared by a pixel's samples; the same constants as in shade.comp.
+const LIGHT_RAYS: u64 = 16;
+/// Rays to the environment per sample.
 const ENVIRONMENT_RAYS: u64 = 32;
 
 pub struct Shade {
@@ -42,25 +42,25 @@ impl Shade {
         [self.view.width, self.view.height]
     }
 
-    /// Rays of a pixel with `side`² samples, at most.
+    /// Maximum number of rays of a pixel with `side`² samples.
     pub fn rays(scene: &DeviceScene, side: u32) -> u64 {
         let samples = u64::from(side) * u64::from(side);
         let of_sample = 1 + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present);
-        // Each sample has one to each sun at least.
-        let of_suns = SUN_RAYS.max(samples) * u64::from(scene.lights.scene_count);
-        // Where light is let through, a sample splits into as many rays as wait, and one.
+        // Each sample has at least one ray to each light.
+        let of_lights = LIGHT_RAYS.max(samples) * u64::from(scene.lights.scene_count);
+        // With dielectrics, a sample splits into as many rays as the stack holds, plus one.
         let splits = if scene.casters.lobes > 1 { 7 } else { 1 };
-        splits * (samples * of_sample + of_suns)
+        splits * (samples * of_sample + of_lights)
     }
 
-    /// A part of the picture of `camera` with `side`² samples a pixel.
+    /// Records a rectangle of the picture of `camera` with `side`² samples per pixel.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
         camera: &Camera,
         side: u32,
-        part: GroupRect,
+        rect: GroupRect,
     ) {
         let forward = (camera.target - camera.position).normalize();
         let right = forward.cross(DVec3::Y).normalize();
@@ -69,15 +69,15 @@ impl Shade {
         let aspect = f64::from(self.view.width) / f64::from(self.view.height);
         let push = ShadePush {
             eye: (camera.position - scene.geometry.store.origin).as_vec3(),
-            sun_count: scene.lights.scene_count,
+            light_count: scene.lights.scene_count,
             right: (half_height * aspect * right).as_vec3(),
             has_environment: u32::from(scene.environment.is_present),
             up: (half_height * up).as_vec3(),
             rotation: scene.environment.rotation,
             forward: forward.as_vec3(),
             side,
-            first: part.first,
+            first: rect.first,
         };
-        recorder.dispatch(&self.pipeline, &push, part.threads());
+        recorder.dispatch(&self.pipeline, &push, rect.threads());
     }
 }

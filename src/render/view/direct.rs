@@ -1,4 +1,4 @@
-//! direct: light that reaches the receivers without a mirror.
+//! direct: light that reaches the receivers without meeting a caster.
 
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
@@ -7,8 +7,8 @@ use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::DirectPush;
 use std::sync::Arc;
 
-/// Of a texel, to each sun and to the environment; the constants of direct.comp.
-const SUN_RAYS: u64 = 16;
+/// Rays per texel to each light and to the environment; the same constants as in direct.comp.
+const LIGHT_RAYS: u64 = 16;
 const ENVIRONMENT_RAYS: u64 = 64;
 
 pub struct Direct {
@@ -22,42 +22,42 @@ impl Direct {
         Ok(Self { pipeline })
     }
 
-    /// Rays of a texel. `with_suns` as for [`Direct::record`].
-    pub fn rays(scene: &DeviceScene, with_suns: bool) -> u64 {
-        let suns = if with_suns {
+    /// Rays per texel. `with_lights` as for [`Direct::record`].
+    pub fn rays(scene: &DeviceScene, with_lights: bool) -> u64 {
+        let lights = if with_lights {
             scene.lights.scene_count
         } else {
             0
         };
-        SUN_RAYS * u64::from(suns) + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present)
+        LIGHT_RAYS * u64::from(lights) + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present)
     }
 
-    /// Irradiance of a part of a receiver from the environment, and from the suns where
-    /// `with_suns` (the view shades those itself, more sharply).
+    /// Records the irradiance of a rectangle of a receiver from the environment, and from suns and lamps if
+    /// `with_lights`. The view shades suns and lamps itself, with sharper shadows.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        (tile, part): (usize, GroupRect),
-        with_suns: bool,
+        (tile, rect): (usize, GroupRect),
+        with_lights: bool,
     ) {
-        let (receiver, is_curved) = scene.receivers.of_tile(tile);
+        let (receiver, is_mesh) = scene.receivers.of_tile(tile);
         let push = DirectPush {
-            first: part.first,
+            first: rect.first,
             receiver,
             triangle: scene
                 .geometry
                 .store
                 .indices(scene.receivers.tiles[tile].object)[0],
-            sun_count: if with_suns {
+            light_count: if with_lights {
                 scene.lights.scene_count
             } else {
                 0
             },
             has_environment: u32::from(scene.environment.is_present),
             rotation: scene.environment.rotation,
-            is_curved: u32::from(is_curved),
+            is_mesh: u32::from(is_mesh),
         };
-        recorder.dispatch(&self.pipeline, &push, part.threads());
+        recorder.dispatch(&self.pipeline, &push, rect.threads());
     }
 }

@@ -1,6 +1,6 @@
-// Curved receivers: points on the mesh for a texel. The including shader declares the buffer `triangles`.
+// Points on a mesh receiver's surface for a texel. The including shader declares the buffer `triangles`.
 
-vec3 point_of(AtlasSamples points, int quarter) {
+vec3 sample_point(AtlasSamples points, int quarter) {
     Triangle triangle = triangles[points.triangles[quarter]];
     vec2 weights = unpackUnorm2x16(points.weights[quarter]);
     return triangle.position + weights.x * triangle.edge1 + weights.y * triangle.edge2;

@@ -1,14 +1,14 @@
-// The kernel of a patch and a light. The including shader declares the buffer `profiles`.
+// Fits a kernel to the image of a patch and a light. The including shader declares the buffer `profiles`.
 //
-// Displacements in the plane are given by a root R of their covariance R R^T: two vectors, such as
-// the images of two axes. Determinants are sums of squares of cross products (Cauchy & Binet):
-// those of streaks of hundreds of texels would cancel to nothing.
+// A covariance in the plane is given by a root R with the covariance R R^T: two vectors, such as the images of two
+// axes. Determinants are sums of squared cross products (Cauchy & Binet), because the usual formula would cancel to
+// nothing for footprints hundreds of texels long.
 #include "kernel.glsl"
 
-// Exponent p of the last kernel of `profiles`, see src/render/kernel.rs.
+// Exponent p of the sharpest kernel of `profiles`, see src/render/splat/kernel_profiles.rs. Flat patches use it.
 const float SHARPEST = 7.0;
-// And of the sharpest for a patch that bends the light.
-const float CURVED_SHARPEST = 4.0;
+// Exponent of the sharpest kernel that is used for a curved patch.
+const float SHARPEST_CURVED = 4.0;
 
 struct Kernel {
     Profile profile;
@@ -20,10 +20,10 @@ vec3 covariance_of(mat2 root) {
     return outer2(root[0]) + outer2(root[1]);
 }
 
-// The kernel for the covariance of a patch, a disc-shaped light, and `isotropic` on each axis:
-// flatter the larger the light's share. p is the exponent of the kernel (1 - t)^p whose kurtosis
-// is that of a disc with this share in a Gaussian: 0 for the disc alone, without bound for none,
-// here `sharpest`.
+// The kernel for the covariance of a patch plus that of a disc-shaped light plus `isotropic` on each axis. The larger
+// the light's share, the flatter the kernel. p is the exponent of the kernel (1 - t)^p that has the kurtosis of a disc
+// with this share convolved with a Gaussian: 0 for the disc alone, unbounded without a disc, and at most `sharpest`
+// here.
 Kernel kernel_for(mat2 of_patch, mat2 of_light, float isotropic, float sharpest) {
     vec3 light = covariance_of(of_light);
     vec3 covariance = covariance_of(of_patch) + light + isotropic * vec3(1.0, 0.0, 1.0);
@@ -52,7 +52,7 @@ Kernel kernel_for(mat2 of_patch, mat2 of_light, float isotropic, float sharpest)
     return Kernel(profile, covariance, determinant);
 }
 
-// The kernel with `isotropic` less variance on each axis and all lengths `scale` times as long.
+// The kernel with the variance reduced by `isotropic` on each axis, and then all lengths scaled by `scale`.
 Kernel rescaled(Kernel kernel, float isotropic, float scale) {
     vec3 m = kernel.covariance;
     float determinant = kernel.determinant - isotropic * (m.x + m.z - isotropic);
@@ -61,13 +61,13 @@ Kernel rescaled(Kernel kernel, float isotropic, float scale) {
     return Kernel(kernel.profile, m * square, determinant * square * square);
 }
 
-// The matrix of t = d^T conic d, where kernel_value() takes t.
+// The matrix of t = d^T conic d, the argument of kernel_value().
 vec3 conic_of(Kernel kernel) {
     vec3 m = kernel.covariance;
     return vec3(m.z, -m.y, m.x) / (kernel.determinant * kernel.profile.support);
 }
 
-// The factor that makes the kernel's integral 1.
+// The factor that normalises the integral of the kernel to 1.
 float peak_of(Kernel kernel) {
     return 1.0 / (PI * kernel.profile.support * kernel.profile.mean * sqrt(kernel.determinant));
 }

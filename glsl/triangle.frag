@@ -1,5 +1,5 @@
-// beams: the triangle's irradiance times the share of the texel that it covers. Texels' centres
-// would miss triangles between them, or count their flux several times.
+// triangle: the triangle's irradiance times the share of the texel that it covers. Sampling at texel centres would miss
+// triangles between the centres, or count their flux several times.
 #version 460
 
 layout(location = 0) in flat vec4 corners01;
@@ -7,10 +7,10 @@ layout(location = 1) in flat vec2 corner2;
 layout(location = 2) in flat vec3 irradiance;
 layout(location = 0) out vec4 result;
 
-// The integral over y from 0 to 1 of x, clamped to 0 to 1, along the side from a to b; negative
-// where it runs toward -y. Three of them are the area within the unit square (Green's theorem).
+// The integral over y from 0 to 1 of x, clamped to 0 to 1, along the side from a to b; negative where the side runs
+// toward -y. The sum over three sides is the area within the unit square (Green's theorem).
 float side_integral(vec2 a, vec2 b) {
-    // In one direction, so that two triangles with the same side agree on it.
+    // Always in the same direction, so that two triangles with a common side compute the same value.
     bool forward = a.y < b.y;
     vec2 low = forward ? a : b;
     vec2 high = forward ? b : a;
@@ -24,7 +24,7 @@ float side_integral(vec2 a, vec2 b) {
     float x1 = max(first, last);
     float c0 = clamp(x0, 0.0, 1.0);
     float c1 = clamp(x1, 0.0, 1.0);
-    // Mean of the clamped x between x0 and x1: the part within 0 to 1, and that beyond 1.
+    // Mean of the clamped x between x0 and x1: the part within 0 to 1, and the part above 1.
     float mean = c0;
     if (x1 - x0 > 1e-6) mean = (0.5 * (c1 - c0) * (c1 + c0) + max(x1 - max(x0, 1.0), 0.0)) / (x1 - x0);
     return (forward ? y1 - y0 : y0 - y1) * mean;

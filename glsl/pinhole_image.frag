@@ -1,7 +1,8 @@
-// light_image: irradiance at the texel's centre from the patch, which mirrors or refracts an even part of the sky.
+// pinhole_image: irradiance at the texel's centre from a patch cluster that reflects or refracts an environment cell of
+// constant radiance.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "layout.glsl"
+#include "gpu_types.glsl"
 #include "optics.glsl"
 
 layout(location = 0) in flat vec4 foot_and_size;
@@ -10,16 +11,16 @@ layout(location = 2) in flat vec4 east_and_sharp;
 layout(location = 3) in flat vec4 up_and_shear;
 layout(location = 4) in flat vec4 cosine_and_sine;
 layout(location = 5) in flat vec4 radiance_and_reflects;
-layout(location = 6) in flat vec4 normal_and_ratio;
+layout(location = 6) in flat vec4 normal_and_eta;
 layout(location = 0) out vec4 irradiance;
 
-// Integral of 15/16 (1 - x^2)^2 from -1 on.
+// Integral of 15/16 (1 - x^2)^2 from -1 to x.
 float step_at(float x) {
     float q = clamp(0.5 + 0.5 * x, 0.0, 1.0);
     return q * q * q * (10.0 + q * (6.0 * q - 15.0));
 }
 
-// Share of the blurred -1 to 1.
+// Value at u of the box from -1 to 1 after the blur.
 float box_at(float u, float sharp) {
     return step_at((u + 1.0) * sharp) - step_at((u - 1.0) * sharp);
 }
@@ -30,14 +31,14 @@ void main() {
     float s2 = 1.0 + dot(foot_and_size.zw, d * d);
     float inverse = inversesqrt(s2);
     float cosine = max(dot(cosine_and_sine.xyz, q) * inverse, 0.0);
-    float ratio = normal_and_ratio.w;
-    float bend = bend_at(cosine, ratio);
-    float forward = dot(ahead_and_sharp.xyz, q) * inverse + normal_and_ratio.x * bend;
-    float u = (dot(east_and_sharp.xyz, q) * inverse + normal_and_ratio.y * bend) / max(forward, 1e-9);
-    float v = dot(up_and_shear.xyz, q) * inverse + normal_and_ratio.z * bend - cosine_and_sine.w - up_and_shear.w * u;
+    float eta = normal_and_eta.w;
+    float normal_part = normal_coefficient(cosine, eta);
+    float forward = dot(ahead_and_sharp.xyz, q) * inverse + normal_and_eta.x * normal_part;
+    float u = (dot(east_and_sharp.xyz, q) * inverse + normal_and_eta.y * normal_part) / max(forward, 1e-9);
+    float v = dot(up_and_shear.xyz, q) * inverse + normal_and_eta.z * normal_part - cosine_and_sine.w - up_and_shear.w * u;
     float seen = forward > 0.0 ? box_at(u, ahead_and_sharp.w) * box_at(v, east_and_sharp.w) : 0.0;
-    // Fresnel's equations are the same from either side. Nothing for ratio 1.
-    float reflected = fresnel_dielectric(cosine, 1.0 / ratio);
+    // Fresnel's equations are symmetric in the two sides. The reflectance is 0 for eta = 1.
+    float reflected = fresnel_dielectric(cosine, 1.0 / eta);
     float share = mix(1.0 - reflected, reflected, radiance_and_reflects.w);
     irradiance = vec4(radiance_and_reflects.xyz * (seen * share * cosine * inverse * inverse * inverse), 0.0);
 }

@@ -1,0 +1,238 @@
+// The structs that the host and the shaders share. Their Rust mirrors are in src/render/gpu_types.rs; a unit test
+// compares names, offsets and sizes. Lengths in m, angles in rad.
+
+const float PI = 3.14159265358979;
+
+// Geometry of a triangle, in the order of the BVH's leaves.
+struct Triangle {
+    vec3 position;   // first corner
+    uint object;
+    vec3 edge1;      // second corner - first
+    uint flags;      // OCCLUDES: casts shadows; IS_MESH_RECEIVER: belongs to a mesh receiver
+    vec3 edge2;      // third corner - first
+    uint twin;       // rect: index of its other triangle; mesh: index of this triangle
+};
+
+const uint OCCLUDES = 1;
+const uint IS_MESH_RECEIVER = 2;
+
+// Unit vertex normals of the triangle with the same index. On a mesh receiver also the corners' texture coordinates on
+// the light map: (u, v) as unorm 2 x 16.
+struct Normals {
+    vec3 n0; uint uv0;
+    vec3 n1; uint uv1;
+    vec3 n2; uint uv2;
+};
+
+// Quantisation of the scene's bounds: the position x has the grid coordinates (x - lower) * scale.
+struct Grid {
+    vec3 lower;
+    float unused0;
+    vec3 scale;
+    float unused1;
+};
+
+// Inner node of the bounding volume hierarchy, with the bounding boxes of its children: lower | upper << 16 for each
+// axis, in grid coordinates. A link is the index of a node, or first triangle | count << 28 for a leaf.
+struct Node {
+    uvec3 left;
+    uint left_link;
+    uvec3 right;
+    uint right_link;
+};
+
+const uint DIFFUSE = 0;
+const uint MIRROR = 1;
+const uint CONDUCTOR = 2;
+const uint DIELECTRIC = 3;
+const int NO_RECEIVER = -1;
+
+struct Object {
+    vec3 color;      // mirror: reflectance; diffuse surface: albedo
+    uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC
+    vec3 index;      // of refraction; dielectric: the index behind the front face over the index before it
+    int receiver;    // index among the receivers of its kind, or NO_RECEIVER
+    vec3 extinction; // conductor: extinction coefficient
+    uint is_mesh;    // 1: `receiver` is the index of a MeshReceiver; 0: of a PlanarReceiver
+};
+
+// A sun, a lamp or a cell of the environment. light.glsl evaluates suns and lamps at a point.
+struct Light {
+    vec3 place;      // lamp: position of the centre; sun and cell: unit direction toward the centre
+    float size;      // sun: angular radius; lamp: radius
+    vec3 power;      // lamp: radiant intensity, W/sr; sun and cell: irradiance of a plane that faces the light, W/m^2
+    uint is_lamp;
+    vec3 axis1;      // sun and cell: axis1 and axis2 are a root of the covariance of the light's directions, rad
+    float half_azimuth; // cell: half the range of azimuths, rad
+    vec3 axis2;
+    float half_sine;    // cell: half the range of the sine of elevation
+};
+
+// A rectangle with a light map. The light map is the tile of the image that starts at (tile_x, tile_y), v upward.
+struct PlanarReceiver {
+    vec3 origin;
+    uint tile_x;
+    vec3 edge_u;
+    uint tile_y;
+    vec3 edge_v;
+    uint width;      // texels
+    vec3 normal;     // unit
+    uint height;     // texels
+};
+
+// A mesh with a light map. The light map is the tile of the image that starts at (tile_x, tile_y), v upward. The
+// receiver's AtlasTexels and AtlasSamples are stored row by row from `first_texel` on. Its AtlasNodes form a quadtree
+// over blocks of LEAF x LEAF texels. They are stored level by level from `first_node` on: 2^levels leaves per side,
+// then half as many per side on each level, down to one.
+struct MeshReceiver {
+    uint tile_x;
+    uint tile_y;
+    uint width;      // texels
+    uint height;
+    uint first_texel;
+    uint first_node;
+    uint levels;
+    uint unused;
+};
+const uint LEAF = 8;
+
+// The part of a mesh receiver's surface in one texel. Texels around a chart extrapolate the surface and have area 0.
+struct AtlasTexel {
+    vec3 position;   // centroid
+    float area;      // m^2
+    vec3 normal;     // mean of the triangles' normals by area, so at most 1 long; 0: the texel is empty
+    uint source;     // texel around a chart: index of the nearest texel in the chart, counted from first_texel; else NO_TEXEL
+};
+
+// One point on the surface in each quarter of a texel: the triangle, or NO_TRIANGLE where the quarter is empty, and the
+// weights of the triangle's second and third corner as unorm 2 x 16.
+struct AtlasSamples {
+    uvec4 triangles;
+    uvec4 weights;
+};
+
+// A node of a mesh receiver's quadtree: a square of texels.
+struct AtlasNode {
+    vec3 centre;     // of a sphere around the texels' centroids
+    float radius;    // < 0: all texels are empty
+    vec3 diagonal;   // of the texels' mean covariance: xx, yy, zz
+    float max_trace; // the largest trace of a texel's covariance, m^2
+    vec3 off_diagonal; // of the texels' mean covariance: xy, xz, yz
+    float sine;      // of the half angle of a cone around all normals; 2 where the half angle is 90 degrees or more
+    vec3 axis;       // of the cone
+    float unused;
+};
+
+// A lit triangle of a caster. It is divided into subdivision^2 patches.
+struct LitTriangle {
+    uint triangle;
+    uint first_patch;
+    uint subdivision;
+    uint share_end;  // share of the total area up to and including this triangle, in units of 2^-32
+};
+
+// A patch, the paper's sample point of a specular surface: a small triangle with interpolated normals.
+struct Patch {
+    vec3 position;   // centroid
+    uint triangle;
+    vec3 normal;     // interpolated at the centroid, not normalised
+    float area;
+    vec3 edge1;
+    uint object;
+    vec3 edge2;
+    float unused0;
+    vec3 normal_du;  // change of the interpolated normal along edge1
+    float unused1;
+    vec3 normal_dv;  // change of the interpolated normal along edge2
+    float unused2;
+};
+
+// The image that a patch projects of a light onto a planar receiver. Let d be the offset from `centre` in texels of the
+// light-map image, along = 1 + slant . d and s^2 = 1 + 2 slant . d + bulge . d^2. The irradiance at d is
+// peak * kernel_value(flatness, d^T conic d / s^2) * along / s^4 * clamp(clip.z + clip.xy . d, 0, 1).
+struct Footprint {
+    vec2 centre;
+    vec2 slant;      // component in the plane of the ray to the centre, in texels, over the ray's squared length
+    vec3 conic;      // matrix xx, xy, yy; includes the support radius
+    float flatness;  // of the kernel
+    vec3 peak;       // W/m^2
+    float bulge_x;   // squared size of a texel over the squared length of the ray
+    vec3 clip;       // linear function that clamps to the share of a texel in front of the patch's plane
+    float bulge_y;
+    vec2 lower;      // bounds in the light-map image, texels
+    vec2 upper;
+};
+
+// The image that a patch projects of an environment cell onto a planar receiver. Let s be the distance from the patch to
+// the texel over the patch's height, s^2 = 1 + dot(size, (texel - foot)^2), q = (texel - foot, 1) / s, and
+// b = normal_coefficient(cosine . q, eta). The cell is visible where |u| < 1 and |v| < 1 with
+// u = (east . q + normal.y b) / (ahead . q + normal.x b) and v = up . q + normal.z b - sine - shear u.
+// The irradiance there is radiance * cosine . q / s^3 times the Fresnel factor of the texel.
+struct PinholeImage {
+    vec2 foot;       // foot of the perpendicular from the patch to the receiver's plane, in the light-map image
+    vec2 lower;      // bounds in the light-map image, texels
+    vec2 upper;
+    vec2 size;       // squared size of a texel over the squared height of the patch
+    vec3 ahead;
+    float sharp_azimuth; // one over the half width of the blurred edges
+    vec3 east;
+    float sharp_sine;
+    vec3 up;
+    float shear;
+    vec3 cosine;
+    float sine;
+    vec3 radiance;   // W/m^2: reflected or refracted radiance times the patch's area over its squared height
+    float eta;       // index of refraction on the far side of the surface over that on the receiver's side; 1 for mirrors
+    vec3 normal;     // the surface normal in the cell's axes (ahead, east, up); 0 for reflected light
+    float reflects;  // 1: light that a dielectric reflects; 0: light that it refracts, or that a mirror reflects
+};
+
+// The image that a patch projects of a light onto a node of a mesh receiver. Let q be the offset from `centre` to a
+// texel's centroid, size = 1 + growth direction . q, and d = (u . q, v . q) / size in texels. Where no occluder is in
+// between, the irradiance is peak / size^2 * kernel_value(flatness, d^T conic d) * max(-w . normal, 0). w is the local
+// direction of the light, scaled so that its component along `direction` is 1.
+struct MeshFootprint {
+    vec3 centre;
+    float flatness;  // of the kernel
+    vec3 u;          // across the ray, 1/m
+    float travelled; // distance from the patch to the centre, m
+    vec3 v;
+    uint low;        // bounds in the light-map image: x | y << 16
+    vec3 direction;  // unit direction in which the light travels
+    uint high;
+    vec3 conic;      // matrix xx, xy, yy; includes the support radius
+    float tolerance; // m
+    vec3 peak;       // W/m^2
+    int base;        // the texel (x, y) of the image is number base + x + y stride
+    vec3 occluder;   // the first point that the ray meets
+    int stride;
+    vec3 occluder_normal; // unit normal there, toward the light; 0: the ray meets nothing
+    float growth;    // relative growth of the beam's width with distance along the ray, 1/m
+};
+
+// The image of a patch on a planar receiver under a narrow light: a triangle of constant irradiance.
+struct TriangleSplat {
+    vec3 irradiance; // W/m^2
+    float unused0;
+    vec2 corner0;    // corners in texels of the light-map image, counter-clockwise: cross2 > 0
+    vec2 corner1;
+    vec2 corner2;
+    vec2 lower;      // bounds of the texels that the triangle may touch
+    vec2 upper;
+    vec2 unused1;
+};
+
+// The flux of one traced point over the area of the texel that it meets.
+struct PointSplat {
+    vec3 irradiance; // W/m^2
+    uint texel;      // x | y << 16 in the light-map image, or NO_TEXEL
+};
+const uint NO_TEXEL = 0xffffffffu;
+
+// A kernel of the family in kernel.glsl; profiles() of src/render/splat/kernel_profiles.rs makes the table.
+struct Profile {
+    float flatness;
+    float support;   // squared support radius in units of the covariance
+    float mean;      // integral of the kernel over t from 0 to 1
+    float unused;
+};

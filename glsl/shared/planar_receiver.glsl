@@ -1,0 +1,72 @@
+// Planar receivers: positions on their planes, texels of the light-map image, and coarser levels.
+
+// Converts a position on the receiver's plane to texels of the light-map image.
+vec2 to_texels(PlanarReceiver receiver, vec3 position) {
+    vec3 offset = position - receiver.origin;
+    float u = dot(offset, receiver.edge_u) / dot(receiver.edge_u, receiver.edge_u);
+    float v = dot(offset, receiver.edge_v) / dot(receiver.edge_v, receiver.edge_v);
+    vec2 size = vec2(receiver.width, receiver.height);
+    return vec2(receiver.tile_x, receiver.tile_y) + vec2(u, 1.0 - v) * size;
+}
+
+// Converts texels of the light-map image to a position on the receiver's plane.
+vec3 from_texels(PlanarReceiver receiver, vec2 texel) {
+    vec2 uv = (texel - vec2(receiver.tile_x, receiver.tile_y)) / vec2(receiver.width, receiver.height);
+    return receiver.origin + uv.x * receiver.edge_u + (1.0 - uv.y) * receiver.edge_v;
+}
+
+// Converts a direction in the receiver's plane to texels.
+vec2 texel_direction(PlanarReceiver receiver, vec3 direction) {
+    float u = dot(direction, receiver.edge_u) / dot(receiver.edge_u, receiver.edge_u);
+    float v = dot(direction, receiver.edge_v) / dot(receiver.edge_v, receiver.edge_v);
+    return vec2(u * float(receiver.width), -v * float(receiver.height));
+}
+
+// Area of a texel, m^2.
+float texel_area(PlanarReceiver receiver) {
+    return length(cross(receiver.edge_u, receiver.edge_v)) / float(receiver.width * receiver.height);
+}
+
+// Wide footprints are splatted into coarser levels of a light map. The levels lie beside the light map in the image,
+// one below the other. A texel of level l is 2^l texels of the light map wide. Each level has a border of one texel,
+// because levels are interpolated. padded() of src/render/receivers/light_maps.rs reserves the space.
+const int MAX_LEVEL = 5;
+const uint MIN_COARSE_SIDE = 16; // texels on the shorter side of the coarsest level
+
+int coarsest_level(PlanarReceiver receiver) {
+    return clamp(findMSB(min(receiver.width, receiver.height) / MIN_COARSE_SIDE), 0, MAX_LEVEL);
+}
+
+// The coarsest level whose texels are no wider than the standard deviation. `variance` is in texel^2.
+int level_for(PlanarReceiver receiver, float variance) {
+    return clamp(findMSB(uint(variance)) / 2, 0, coarsest_level(receiver));
+}
+
+struct Level {
+    ivec2 origin;    // in the light-map image
+    ivec2 size;      // without the border
+};
+
+Level level_of(PlanarReceiver receiver, int level) {
+    ivec2 size = ivec2(receiver.width, receiver.height);
+    ivec2 origin = ivec2(receiver.tile_x, receiver.tile_y);
+    if (level == 0) return Level(origin, size);
+    origin += ivec2(size.x + 1, 1);
+    for (int i = 1; i < level; i++) origin.y += ((size.y - 1) >> i) + 3;
+    return Level(origin, ((size - 1) >> level) + 1);
+}
+
+// Whether a patch cluster is so close to the receiver for its size that it does not act as a pinhole. The limit is on
+// squared size over squared height; 0.1 to 1 gave the same results.
+bool is_close_cluster(Patch patch_, PlanarReceiver receiver) {
+    float height = dot(patch_.position - receiver.origin, receiver.normal);
+    float square = dot(patch_.edge1, patch_.edge1) + dot(patch_.edge2, patch_.edge2);
+    return height > 0.0 && square > 0.3 * height * height;
+}
+
+// Bounds of a level with its border, in texels of the light-map image.
+void level_bounds(Level tile, int level, out vec2 low, out vec2 high) {
+    vec2 border = vec2(level > 0 ? 1.0 : 0.0);
+    low = vec2(tile.origin) - border;
+    high = vec2(tile.origin + tile.size) + border;
+}
