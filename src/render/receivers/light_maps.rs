@@ -6,20 +6,10 @@ use crate::render::dispatch::{GroupRect, group_count};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, MeshReceiver, PlanarReceiver};
 use crate::render::receivers::mesh::{MeshReceiverData, mesh_receiver_data, node_count};
+use crate::render::receivers::tile::Tile;
 use crate::scene::{Atlas, Scene};
 use glam::DVec3;
 use std::sync::Arc;
-
-/// A receiver's tile of the light-map image.
-#[derive(Debug, Clone, Copy)]
-pub struct Tile {
-    /// Index into [`Scene::objects`].
-    pub object: usize,
-    /// Its top left texel.
-    pub origin: [u32; 2],
-    /// Texels.
-    pub size: [u32; 2],
-}
 
 pub struct DeviceReceivers {
     /// Tiles of the planar receivers, then of the mesh receivers.

@@ -6,7 +6,7 @@ use crate::render::geometry::triangle_store::{TriangleStore, packed};
 use crate::render::gpu_types::{
     AtlasNode, AtlasSamples, AtlasTexel, LEAF, MeshReceiver, NO_TEXEL, NO_TRIANGLE,
 };
-use crate::render::receivers::light_maps::Tile;
+use crate::render::receivers::tile::Tile;
 use crate::scene::{Atlas, Mesh, NoLayout, Scene};
 use glam::{DMat3, DVec2, DVec3, UVec4};
 use std::f64::consts::FRAC_PI_2;

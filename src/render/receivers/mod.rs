@@ -3,3 +3,4 @@
 pub mod dilate;
 pub mod light_maps;
 pub mod mesh;
+pub mod tile;
