@@ -113,7 +113,7 @@ fn a_chart_is_measured_and_its_reference_is_kept() {
         chart(&cache, &mirror, &output)
             .assert()
             .success()
-            .stderr(contains("note: ").and(contains("made again")));
+            .stderr(contains("warning: ").and(contains("made again")));
         assert!(std::fs::read(&file).unwrap() == whole);
     }
 }
