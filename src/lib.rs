@@ -32,37 +32,35 @@
 //! rendered; what is wrong with a file is an [`Error`] with file, line and remedy, and what is merely odd
 //! is a warning.
 //!
-//! [`gpu`] is a thin layer over ash: the device, buffers and images that own their memory,
-//! pipelines that read their bindings from the SPIR-V, and a recorder with named passes. All
-//! shaders are in `glsl/`, one file a stage.
+//! [`gpu`] is a thin layer over ash: the device, of our own or of a host application, buffers and images that own
+//! their memory, pipelines that read their bindings from the SPIR-V, and a recorder with named passes. All
+//! shaders are in `glsl/`, one file a pass.
 //!
-//! [`render`] is the renderer. Its module is the list of passes with every barrier. A frame of the
-//! default method runs through these stages:
+//! [`render`] is the renderer. `src/render/frame.rs` has every pass and every barrier of a frame, in order:
 //!
-//! - *upload*: triangles, a bounding volume hierarchy, lights and receivers go to the device,
-//!   around an origin in the middle of the scene. For another frame, [`render::Renderer::update`]
-//!   uploads what has moved.
-//! - *sample*: the mirrors' triangles are cut into patches, small triangles with a normal and its
-//!   change along the edges.
-//! - *project*: each patch images each sun and lamp onto each receiver, as a footprint: a centre, a
-//!   covariance and a flux, or under lights much narrower than texels, a triangle. Parts of the sky are
-//!   imaged by larger patches: with their edges, where the patch is far enough from the receiver to be a point,
-//!   as footprints where it is not. One ray finds whether the light is visible, one whether the receiver is.
-//! - *compact*: footprints that exist are listed in a fixed order, so that equal input gives equal
+//! - *upload*: what changed in the scene is copied to the device. [`render::Renderer::update`] finds it: triangles, a
+//!   bounding volume hierarchy, lights and receivers, around an origin in the middle of the scene.
+//! - *sample*: the casters' triangles are divided into patches, the paper's sample points: small triangles with a normal
+//!   and its derivatives along the edges.
+//! - *project*: each patch images each light onto each receiver. A narrow light gives a triangle; a wide one a
+//!   footprint, that is a kernel with a centre, a covariance and a flux. Cells of an environment are imaged by patch
+//!   clusters: as pinhole images, with their edges, where a cluster is far enough from the receiver to be a point, and as
+//!   footprints where it is not. One ray finds whether the light is visible, another whether the receiver is.
+//! - *compact*: the splats that exist are listed in a fixed order, so that equal input gives equal
 //!   bits on the same device and driver.
-//! - *splat*: each footprint becomes a quad, and its kernel, triangle or image is added to the light maps by
-//!   blending, wide ones at a coarser level.
+//! - *splat*: each splat becomes a quad and is added to the light maps by blending, wide ones at a coarser level.
 //! - *resolve*: the coarser levels are interpolated and added to the light maps.
-//! - *direct*: light that reaches the receivers without a mirror.
+//! - *direct*: light that reaches the receivers without a caster.
 //! - *shade*: the camera's view. Diffuse surfaces show direct light and the light maps, mirrors show
 //!   what they reflect.
 //!
-//! Receivers that are meshes have a project and splat of their own, which find the texels that a
-//! footprint reaches in space and not on a plane.
+//! Mesh receivers have footprints of their own, which find the texels that they reach in space and not on a plane. The
+//! method `pinhole` replaces project to resolve by *gather*, the sum over all patches at every texel.
+//! The method `beams` has triangles only, without the light's width. The method `points` replaces project to resolve by
+//! *trace points* and *splat points*. [`render::Method`] lists them.
 //!
-//! The method `pinhole` replaces project to resolve by *gather*, the sum over all patches at every texel.
-//! The method `beams` throws triangles only, without the light's width. The method `points` replaces them
-//! and sample by *trace points* and *splat points*. [`render::Method`] lists them.
+//! [`render::Renderer::record`] records a frame into a command buffer of a host application (`docs/embedding.md`). The
+//! blocking calls, such as [`render::Renderer::caustic`], record the same and submit it.
 //!
 //! [`tone_map`] turns linear radiance into sRGB bytes, [`image_file`] reads and writes EXR and PNG files, and
 //! [`output`] writes files whole or not at all.
