@@ -20,7 +20,7 @@ fn main() {
 
     println!("cargo::rerun-if-changed=examples/embed_ash");
 
-    if let Err(message) = compile_all() {
+    if let Err(message) = compile_all().and_then(|()| share_constants()) {
         for line in message.lines() {
             println!("cargo::error={line}");
         }
@@ -90,6 +90,44 @@ fn compile_all() -> Result<(), String> {
     writeln!(table, "];").unwrap();
     let file = out_dir().join("shaders.rs");
     std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()))
+}
+
+/// Makes Rust constants of those in `glsl/shared/constants.glsl`: `const uint NAME = 8;`, of uint, int or float, a line
+/// each. Comments above them become their documentation.
+///
+/// # Errors
+/// Where a line is something else.
+fn share_constants() -> Result<(), String> {
+    const FILE: &str = "glsl/shared/constants.glsl";
+    let source = std::fs::read_to_string(FILE).map_err(|error| format!("{FILE}: {error}"))?;
+    let mut constants = String::new();
+    let mut comment = String::new();
+    for (index, line) in source.lines().enumerate() {
+        let constant = || {
+            let (declared, value) = line.strip_prefix("const ")?.split_once(" = ")?;
+            let (kind, name) = declared.split_once(' ')?;
+            let (value, _) = value.split_once(';')?;
+            let (kind, value) = match kind {
+                "uint" => ("u32", value.trim_end_matches('u')),
+                "int" => ("i32", value),
+                "float" => ("f32", value),
+                _ => return None,
+            };
+            Some(format!("pub const {name}: {kind} = {value};\n"))
+        };
+        if line.is_empty() {
+            comment.clear();
+        } else if let Some(text) = line.strip_prefix("//") {
+            writeln!(comment, "///{text}").unwrap();
+        } else if let Some(constant) = constant() {
+            constants += &std::mem::take(&mut comment);
+            constants += &constant;
+        } else {
+            return Err(format!("{FILE}, line {}: no constant: {line}", index + 1));
+        }
+    }
+    let file = out_dir().join("constants.rs");
+    std::fs::write(&file, constants).map_err(|error| format!("{}: {error}", file.display()))
 }
 
 /// The shaders of `examples/embed_ash`, as files; not where the examples are not there.

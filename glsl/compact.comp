@@ -4,9 +4,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-const uint GROUP = 64;
-// Pairs per thread. The sums within a group dominate the cost, so there are few groups.
-const uint PAIRS = 8;
 // Corners of a quad's two triangles.
 const uint CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
 layout(local_size_x = 64) in;
@@ -20,20 +17,20 @@ layout(push_constant) uniform CompactPush {
     uint slots;          // slots per pair
 } push;
 
-shared uvec2 sums[GROUP];
+shared uvec2 sums[SPLAT_GROUP];
 
 // Sum of the values of all threads before this one (Hillis & Steele 1986); `total` is the sum over all threads.
 uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
     uint i = gl_LocalInvocationIndex;
     sums[i] = value;
     barrier();
-    for (uint stride = 1; stride < GROUP; stride *= 2) {
+    for (uint stride = 1; stride < SPLAT_GROUP; stride *= 2) {
         uvec2 before = i >= stride ? sums[i - stride] : uvec2(0);
         barrier();
         sums[i] += before;
         barrier();
     }
-    total = sums[GROUP - 1];
+    total = sums[SPLAT_GROUP - 1];
     uvec2 result = sums[i] - value;
     barrier();
     return result;
@@ -42,12 +39,12 @@ uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
 void main() {
     // Sums over the pairs of the preceding groups. The projector counted the pairs in groups of 64.
     uvec2 part = uvec2(0);
-    for (uint group = gl_LocalInvocationIndex; group < gl_WorkGroupID.x * PAIRS; group += GROUP) part += group_counts[group];
+    for (uint group = gl_LocalInvocationIndex; group < gl_WorkGroupID.x * PAIRS_PER_THREAD; group += SPLAT_GROUP) part += group_counts[group];
     uvec2 before, here;
     exclusive_sum(part, before);
 
-    uint first = gl_GlobalInvocationID.x * PAIRS;
-    uint end = min(first + PAIRS, push.pair_count);
+    uint first = gl_GlobalInvocationID.x * PAIRS_PER_THREAD;
+    uint end = min(first + PAIRS_PER_THREAD, push.pair_count);
     uvec2 own = uvec2(0);
     for (uint pair = first; pair < end; pair++) own += uvec2(counts[pair], min(counts[pair], 1));
     uint rank = before.x + exclusive_sum(own, here).x;

@@ -31,10 +31,6 @@ layout(push_constant) uniform DirectPush {
 #include "environment.glsl"
 #include "lighting.glsl"
 
-// A texel has SIDE^2 points, each with its own ray to each sun and lamp.
-const uint SIDE = 4;
-const uint ENVIRONMENT_RAYS = 64;
-
 // Irradiance of a mesh receiver's texel: the mean over the points of its quarters, which share the rays. The next
 // quarter replaces an empty one.
 vec3 mesh_irradiance(AtlasSamples points) {
@@ -46,9 +42,9 @@ vec3 mesh_irradiance(AtlasSamples points) {
         if (self == NO_TRIANGLE) return vec3(0.0);
         vec3 x = sample_point(points, int(quarter));
         vec3 n = normalize(cross(triangles[self].edge1, triangles[self].edge2));
-        for (uint light = 0; light < push.light_count; light++) sum += direct_light(light, x, n, self, part, SIDE, 4) / 4.0;
+        for (uint light = 0; light < push.light_count; light++) sum += direct_light(light, x, n, self, part, DIRECT_RAYS_SIDE, 4) / 4.0;
         if (push.has_environment != 0) {
-            sum += direct_environment(x, n, self, part, 4, ENVIRONMENT_RAYS, push.rotation) / 4.0;
+            sum += direct_environment(x, n, self, part, 4, DIRECT_ENVIRONMENT_RAYS, push.rotation) / 4.0;
         }
     }
     return sum;
@@ -69,18 +65,18 @@ void main() {
     uvec2 place = texel + uvec2(receiver.tile_x, receiver.tile_y);
     vec3 n = receiver.normal;
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < SIDE * SIDE; i++) {
-        vec2 within = (vec2(i % SIDE, i / SIDE) + 0.5) / float(SIDE);
+    for (uint i = 0; i < DIRECT_RAYS_SIDE * DIRECT_RAYS_SIDE; i++) {
+        vec2 within = (vec2(i % DIRECT_RAYS_SIDE, i / DIRECT_RAYS_SIDE) + 0.5) / float(DIRECT_RAYS_SIDE);
         vec3 x = from_texels(receiver, vec2(place) + within);
         // 7 i mod 16 spreads neighbouring points over the disc.
-        uint ray = 7 * i % (SIDE * SIDE);
+        uint ray = 7 * i % (DIRECT_RAYS_SIDE * DIRECT_RAYS_SIDE);
         for (uint light = 0; light < push.light_count; light++) {
-            sum += direct_light(light, x, n, push.triangle, ray, 1, SIDE * SIDE) / float(SIDE * SIDE);
+            sum += direct_light(light, x, n, push.triangle, ray, 1, DIRECT_RAYS_SIDE * DIRECT_RAYS_SIDE) / float(DIRECT_RAYS_SIDE * DIRECT_RAYS_SIDE);
         }
     }
     if (push.has_environment != 0) {
         vec3 x = from_texels(receiver, vec2(place) + 0.5);
-        sum += direct_environment(x, n, push.triangle, 0, 1, ENVIRONMENT_RAYS, push.rotation);
+        sum += direct_environment(x, n, push.triangle, 0, 1, DIRECT_ENVIRONMENT_RAYS, push.rotation);
     }
     imageStore(direct_map, ivec2(place), vec4(sum, 0.0));
 }

@@ -15,8 +15,6 @@ layout(push_constant) uniform LevelsPush {
 
 #include "planar_receiver.glsl"
 
-const uint GROUP = 64; // workgroup size of resolve.comp
-
 void main() {
     uint used = 0;
     uvec2 largest = uvec2(0);
@@ -27,7 +25,7 @@ void main() {
     for (int level = 0; level < MAX_LEVEL; level++) {
         uvec2 threads = ((largest - 1) >> level) + 3;
         bool needed = used >> (level + 1) != 0;
-        steps[3 * level] = needed ? (threads.x + GROUP - 1) / GROUP : 0;
+        steps[3 * level] = needed ? (threads.x + SPLAT_GROUP - 1) / SPLAT_GROUP : 0;
         steps[3 * level + 1] = min(threads.y, push.rows);
         steps[3 * level + 2] = push.receiver_count;
     }

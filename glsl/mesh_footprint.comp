@@ -15,7 +15,7 @@ layout(std430, binding = 4) readonly buffer MeshReceivers { MeshReceiver mesh_re
 layout(std430, binding = 5) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
 layout(std430, binding = 6) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 7) readonly buffer Profiles { Profile profiles[]; };
-// SLOTS lobes receiver_count slots per pair; the used slots come first.
+// MESH_FOOTPRINT_SLOTS lobes receiver_count slots per pair; the used slots come first.
 layout(std430, binding = 8) writeonly buffer MeshFootprints { MeshFootprint mesh_footprints[]; };
 layout(std430, binding = 9) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 10) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
@@ -29,8 +29,6 @@ layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch 
 #include "flux.glsl"
 #include "slots.glsl"
 
-// Footprints of a patch on a receiver; same constant as in src/render/splat/mesh_footprints.rs.
-const uint SLOTS = 32;
 // Squared support radius of the max_trace kernel, p = SHARPEST: 2 (p + 2).
 const float MAX_SUPPORT = 18.0;
 // Lower bound on a texel's smaller variance over the larger, for texels seen edge on.
@@ -221,8 +219,8 @@ bool project_to_node(MeshReceiver receiver, uvec3 place, LightBeam beam, vec3 fl
 
 // Writes the footprints of a beam with `flux`, W, from `slot` on, and returns their number.
 uint project_to_mesh(MeshReceiver receiver, LightBeam beam, vec3 flux, vec3 occluder, vec3 occluder_normal, uint slot) {
-    uint now[SLOTS];
-    uint next[SLOTS];
+    uint now[MESH_FOOTPRINT_SLOTS];
+    uint next[MESH_FOOTPRINT_SLOTS];
     uint count = 1;
     now[0] = packed(uvec3(receiver.levels, 0, 0));
     for (uint level = receiver.levels; level > 0; level--) {
@@ -235,7 +233,7 @@ uint project_to_mesh(MeshReceiver receiver, LightBeam beam, vec3 flux, vec3 occl
             for (uint child = 0; fits && child < 4; child++) {
                 uvec3 place = uvec3(level - 1, 2 * node.yz + uvec2(child & 1, child >> 1));
                 if (!may_light(beam, node_at(receiver, place), MAX_SUPPORT)) continue;
-                fits = found + others < SLOTS;
+                fits = found + others < MESH_FOOTPRINT_SLOTS;
                 if (fits) next[found++] = packed(place);
             }
             if (!fits) {
@@ -266,7 +264,7 @@ void main() {
         float eta = orient_toward(patch_, disc.direction);
         vec3 flux[2];
         if (flux_of(patch_, light, disc, eta, flux)) {
-            uint first_slot = local * SLOTS * push.lobes * push.receiver_count;
+            uint first_slot = local * MESH_FOOTPRINT_SLOTS * push.lobes * push.receiver_count;
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
                 LightBeam beam;
                 if (flux[lobe] == vec3(0.0)) continue;

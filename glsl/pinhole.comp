@@ -40,8 +40,6 @@ layout(push_constant) uniform PinholePush {
 #include "environment.glsl"
 #include "flux.glsl"
 
-const int MAX_TAPS = 16;
-
 // Mean radiance of the environment around w, sampled along the long axis of the filter.
 vec3 filtered_environment(vec3 w, vec3 a, vec3 b, vec3 covariance) {
     float middle = 0.5 * (covariance.x + covariance.z);

@@ -44,9 +44,6 @@ const int MAX_SEGMENTS = 32;
 const int MAX_WAITING = 6;
 // Rays with a smaller weight are dropped.
 const float MIN_WEIGHT = 1e-6;
-// Rays to each sun or lamp, shared evenly by the samples of a pixel.
-const uint LIGHT_RAYS = 16;
-const uint ENVIRONMENT_RAYS = 32;
 // rad; camera rays do not meet a smaller disc.
 const float MIN_DISC = 1e-6;
 
@@ -70,7 +67,7 @@ vec3 on_smooth_surface(Triangle triangle, Normals corner, vec3 x, vec2 weights) 
 
 vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, uint pixel_sample) {
     uint parts = push.side * push.side;
-    uint rays = (LIGHT_RAYS + parts - 1) / parts;
+    uint rays = (VIEW_LIGHT_RAYS + parts - 1) / parts;
     vec3 lit = on_smooth_surface(triangles[self], normals[self], x, weights);
     vec3 sum = vec3(0.0);
     for (uint i = 0; i < push.light_count; i++) sum += direct_light(i, lit, n, self, pixel_sample, rays, parts);
@@ -90,7 +87,7 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, 
         sum += look_up(light_map, tile, size, texel);
         if (push.has_environment != 0) sum += look_up(direct_map, tile, size, texel);
     } else if (push.has_environment != 0) {
-        sum += direct_environment(lit, n, self, 0, 1, ENVIRONMENT_RAYS, push.rotation);
+        sum += direct_environment(lit, n, self, 0, 1, VIEW_ENVIRONMENT_RAYS, push.rotation);
     }
     return sum;
 }

@@ -1,6 +1,8 @@
 // The structs that the host and the shaders share. Their Rust mirrors are in src/render/gpu_types.rs; a unit test
 // compares names, offsets and sizes. Lengths in m, angles in rad.
 
+#include "constants.glsl"
+
 const float PI = 3.14159265358979;
 
 // Geometry of a triangle, in the order of the BVH's leaves.
@@ -12,9 +14,6 @@ struct Triangle {
     vec3 edge2;      // third corner - first
     uint twin;       // rect: index of its other triangle; mesh: index of this triangle
 };
-
-const uint OCCLUDES = 1;
-const uint IS_MESH_RECEIVER = 2;
 
 // Unit vertex normals of the triangle with the same index. On a mesh receiver also the corners' texture coordinates on
 // the light map: (u, v) as unorm 2 x 16.
@@ -40,12 +39,6 @@ struct Node {
     uvec3 right;
     uint right_link;
 };
-
-const uint DIFFUSE = 0;
-const uint MIRROR = 1;
-const uint CONDUCTOR = 2;
-const uint DIELECTRIC = 3;
-const int NO_RECEIVER = -1;
 
 struct Object {
     vec3 color;      // mirror: reflectance; diffuse surface: albedo
@@ -94,7 +87,6 @@ struct MeshReceiver {
     uint levels;
     uint unused;
 };
-const uint LEAF = 8;
 
 // The part of a mesh receiver's surface in one texel. Texels around a chart extrapolate the surface and have area 0.
 struct AtlasTexel {
@@ -227,7 +219,6 @@ struct PointSplat {
     vec3 irradiance; // W/m^2
     uint texel;      // x | y << 16 in the light-map image, or NO_TEXEL
 };
-const uint NO_TEXEL = 0xffffffffu;
 
 // A kernel of the family in kernel.glsl; profiles() of src/render/splat/kernel_profiles.rs makes the table.
 struct Profile {

@@ -5,8 +5,6 @@
 // nothing for footprints hundreds of texels long.
 #include "kernel.glsl"
 
-// Exponent p of the sharpest kernel of `profiles`, see src/render/splat/kernel_profiles.rs. Flat patches use it.
-const float SHARPEST = 7.0;
 // Exponent of the sharpest kernel that is used for a curved patch.
 const float SHARPEST_CURVED = 4.0;
 

@@ -30,9 +30,6 @@ float texel_area(PlanarReceiver receiver) {
 // Wide footprints are splatted into coarser levels of a light map. The levels lie beside the light map in the image,
 // one below the other. A texel of level l is 2^l texels of the light map wide. Each level has a border of one texel,
 // because levels are interpolated. padded() of src/render/receivers/light_maps.rs reserves the space.
-const int MAX_LEVEL = 5;
-const uint MIN_COARSE_SIDE = 16; // texels on the shorter side of the coarsest level
-
 int coarsest_level(PlanarReceiver receiver) {
     return clamp(findMSB(min(receiver.width, receiver.height) / MIN_COARSE_SIDE), 0, MAX_LEVEL);
 }

@@ -1,11 +1,8 @@
 // Traces rays through the bounding volume hierarchy of the scene. The including shader declares the buffers `grid`,
 // `nodes` and `triangles`.
 
-const int STACK = 48;
-const uint COUNT_SHIFT = 28;
 const uint FIRST_MASK = (1u << COUNT_SHIFT) - 1u;
 const uint NO_LINK = 0xffffffffu;
-const uint NO_TRIANGLE = 0xffffffffu;
 const float EDGE = 1e-6;
 // Shadow rays to a receiver end at this share of their length, so that the receiver does not occlude itself.
 const float SHADOW_RAY_END = 0.9999;

@@ -37,7 +37,7 @@ const BAND_BYTES: u64 = 64 << 20;
 impl Image {
     pub const FORMAT: vk::Format = FORMAT;
 
-    /// An image with undefined content and `levels` mip levels. [`Staging::prepare`] brings it into its layout.
+    /// An image with undefined content and `levels` mip levels. [`super::Staging::prepare`] brings it into its layout.
     ///
     /// # Errors
     /// [`Error::Device`] where memory or the device's limit on sides is exceeded.

@@ -122,22 +122,10 @@ impl Triangle {
     }
 }
 
-/// [`Object::kind`]
-pub const DIFFUSE: u32 = 0;
-pub const MIRROR: u32 = 1;
-pub const CONDUCTOR: u32 = 2;
-pub const DIELECTRIC: u32 = 3;
-/// Bits of [`Triangle::flags`]
-pub const OCCLUDES: u32 = 1;
-pub const IS_MESH_RECEIVER: u32 = 2;
-/// [`AtlasTexel::source`]
-pub const NO_TEXEL: u32 = u32::MAX;
-/// [`AtlasSamples::triangles`]
-pub const NO_TRIANGLE: u32 = u32::MAX;
-/// Side of a leaf of a mesh receiver's quadtree, texels.
-pub const LEAF: u32 = 8;
-/// [`Object::receiver`]
-pub const NO_RECEIVER: i32 = -1;
+/// Constants of `glsl/shared/constants.glsl`, made by build.rs.
+pub mod constants {
+    include!(concat!(env!("OUT_DIR"), "/constants.rs"));
+}
 
 #[cfg(test)]
 mod tests {

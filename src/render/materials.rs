@@ -1,6 +1,7 @@
 //! Objects for the shaders: material and receiver.
 
-use crate::render::gpu_types::{self, CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
+use crate::render::gpu_types;
+use crate::render::gpu_types::constants::{CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 

@@ -6,6 +6,7 @@
 //! Small nodes matter on software devices, which load each word separately.
 
 use crate::render::geometry::bvh_build::{Aabb, TreeNode, build, compact, cost, union};
+use crate::render::gpu_types::constants::COUNT_SHIFT;
 use crate::render::gpu_types::{self, Grid, Node};
 use glam::{UVec3, Vec3};
 
@@ -22,8 +23,6 @@ pub struct Bvh {
     cost: f32,
 }
 
-/// Position of the number of triangles in a link.
-const COUNT_SHIFT: u32 = 28;
 /// Maximum grid coordinate.
 const LAST: f32 = 65535.0;
 /// Margin around the scene, grid steps. For a ray that starts 250 scene sizes away, rounding moves the start by one

@@ -5,7 +5,7 @@ use glam::Vec3;
 use std::ops::Range;
 
 /// Maximum depth that the stack of trace.glsl can traverse.
-pub const MAX_DEPTH: u32 = 48;
+pub const MAX_DEPTH: u32 = gpu_types::constants::STACK as u32;
 /// Number of bins per axis.
 const BINS: usize = 16;
 /// Maximum number of triangles in a leaf. Rays traced together wait for the slowest.

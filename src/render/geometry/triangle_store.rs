@@ -6,7 +6,8 @@
 
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
-use crate::render::gpu_types::{self, IS_MESH_RECEIVER, OCCLUDES};
+use crate::render::gpu_types;
+use crate::render::gpu_types::constants::{IS_MESH_RECEIVER, OCCLUDES};
 use crate::scene::{Atlas, Geometry, Mesh, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;

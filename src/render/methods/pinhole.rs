@@ -5,6 +5,7 @@ use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shad
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::PinholePush;
+use crate::render::gpu_types::constants::MAX_TAPS;
 use crate::render::settings::Settings;
 use crate::render::splat::kernel_profiles::SPREAD;
 use std::sync::Arc;
@@ -14,8 +15,6 @@ const BATCH: u32 = 1024;
 /// Maximum number of loop iterations of an invocation, all loops together. lavapipe silently ends a loop after 65535
 /// iterations (Mesa, `LP_MAX_TGSI_LOOP_ITERATIONS`), version 22.3.6 after about 15000.
 const MAX_ITERATIONS: u32 = 8192;
-/// Maximum number of samples along the filter of an environment.
-const TAPS: u32 = 16;
 /// Iterations allowed for a pair's rays in the hierarchy. Most pairs trace none.
 const TRAVERSAL: u32 = 64;
 
@@ -48,7 +47,7 @@ impl Pinhole {
     /// Patches per dispatch.
     pub fn batch(scene: &DeviceScene) -> u32 {
         let taps = if scene.environment.is_present {
-            TAPS
+            MAX_TAPS as u32
         } else {
             0
         };

@@ -4,7 +4,9 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::dispatch::{GroupRect, group_count};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, MeshReceiver, PlanarReceiver};
+use crate::render::gpu_types::{
+    AtlasNode, AtlasSamples, AtlasTexel, MeshReceiver, PlanarReceiver, constants,
+};
 use crate::render::receivers::mesh::{MeshReceiverData, mesh_receiver_data, node_count};
 use crate::render::receivers::tile::Tile;
 use crate::scene::{Atlas, Scene};
@@ -147,13 +149,12 @@ fn texel_count([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// The coarsest level of any light map; same constant as in planar_receiver.glsl.
-pub const MAX_LEVEL: u32 = 5;
+/// The coarsest level of any light map.
+pub const MAX_LEVEL: u32 = constants::MAX_LEVEL as u32;
 
 /// The coarsest level of a light map of this size; same function as in planar_receiver.glsl.
 fn coarsest_level(size: [u32; 2]) -> u32 {
-    const MIN_COARSE_SIDE: u32 = 16;
-    (size[0].min(size[1]) / MIN_COARSE_SIDE)
+    (size[0].min(size[1]) / constants::MIN_COARSE_SIDE)
         .max(1)
         .ilog2()
         .min(MAX_LEVEL)

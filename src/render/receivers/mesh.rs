@@ -3,9 +3,8 @@
 
 use crate::error::{Error, Result};
 use crate::render::geometry::triangle_store::{TriangleStore, packed};
-use crate::render::gpu_types::{
-    AtlasNode, AtlasSamples, AtlasTexel, LEAF, MeshReceiver, NO_TEXEL, NO_TRIANGLE,
-};
+use crate::render::gpu_types::constants::{LEAF, NO_TEXEL, NO_TRIANGLE};
+use crate::render::gpu_types::{AtlasNode, AtlasSamples, AtlasTexel, MeshReceiver};
 use crate::render::receivers::tile::Tile;
 use crate::scene::{Atlas, Mesh, NoLayout, Scene};
 use glam::{DMat3, DVec2, DVec3, UVec4};

@@ -1,6 +1,7 @@
 //! Constants of the footprint's kernel ((1 − t)/(1 − βt))⁴, t = dᵀΣ⁻¹d / a², with the flatness β.
 
 use crate::render::gpu_types::Profile;
+use crate::render::gpu_types::constants::SHARPEST;
 
 /// Variance of the kernel over the variance of the triangular patch, 12 k² with k = 0.47.
 ///
@@ -24,8 +25,6 @@ pub const IMAGE_SPREAD: f32 = 1.4;
 
 /// Entries of the table that kernel_for() of kernel_fit.glsl reads.
 const PROFILES: usize = 64;
-/// Exponent of the sharpest kernel of the table.
-const SHARPEST: f64 = 7.0;
 /// Exponent of the flattest kernel. A disc has p = 0, but its kernel has no smooth edge.
 const FLATTEST: f64 = 0.05;
 
@@ -34,7 +33,7 @@ const FLATTEST: f64 = 0.05;
 pub fn profiles() -> Vec<Profile> {
     let place = |i| i as f64 / (PROFILES - 1) as f64;
     (0..PROFILES)
-        .map(|i| profile((SHARPEST * place(i) * place(i)).max(FLATTEST)))
+        .map(|i| profile((f64::from(SHARPEST) * place(i) * place(i)).max(FLATTEST)))
         .collect()
 }
 

@@ -4,15 +4,12 @@
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::constants::{PAIRS_PER_THREAD, SPLAT_GROUP};
 use crate::render::gpu_types::{CompactPush, DrawPush};
 use crate::render::lights::LightGroup;
 use glam::Vec2;
 use std::sync::Arc;
 
-/// Workgroup size of the projectors' shaders and of compact.comp.
-const GROUP: u32 = 64;
-/// Pairs per thread of compact.comp.
-const PAIRS: u32 = 8;
 /// Maximum size of the splats of one batch, bytes.
 const MAX_BYTES: u64 = 96 << 20;
 
@@ -55,13 +52,17 @@ impl SplatList {
     ) -> Result<Self> {
         let bytes = splat_bytes as u64 * u64::from(slots);
         let limit = MAX_BYTES.min(context.max_storage_bytes()) / bytes;
-        let capacity = (limit as u32 / GROUP * GROUP)
-            .max(GROUP)
-            .min(pairs.next_multiple_of(GROUP));
+        let capacity = (limit as u32 / SPLAT_GROUP * SPLAT_GROUP)
+            .max(SPLAT_GROUP)
+            .min(pairs.next_multiple_of(SPLAT_GROUP));
 
         let splats = Buffer::new(context, "splats", u64::from(capacity) * bytes)?;
         let counts = Buffer::new(context, "counts", 4 * u64::from(capacity))?;
-        let group_counts = Buffer::new(context, "group counts", 8 * u64::from(capacity / GROUP))?;
+        let group_counts = Buffer::new(
+            context,
+            "group counts",
+            8 * u64::from(capacity / SPLAT_GROUP),
+        )?;
         let quads = Buffer::new(
             context,
             "quads",
@@ -96,7 +97,11 @@ impl SplatList {
             pair_count,
             slots: self.slots,
         };
-        recorder.dispatch(&self.compact, &push, [pair_count.div_ceil(PAIRS), 1, 1]);
+        recorder.dispatch(
+            &self.compact,
+            &push,
+            [pair_count.div_ceil(PAIRS_PER_THREAD), 1, 1],
+        );
     }
 
     /// Draws the listed quads into the light maps; `clear` clears the maps first.

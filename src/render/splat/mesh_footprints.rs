@@ -5,13 +5,11 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::MeshFootprint;
+use crate::render::gpu_types::constants::MESH_FOOTPRINT_SLOTS;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::{CLUSTER_SPREAD, SPREAD};
 use crate::render::splat::projector::{Description, Passes, Projector};
 use std::sync::Arc;
-
-/// Footprints of a patch on a receiver for one lobe; same constant as in mesh_footprint.comp.
-const SLOTS: u32 = 32;
 
 /// # Errors
 /// As [`Projector::new`].
@@ -46,7 +44,7 @@ pub fn mesh_footprints(
         shader: &shaders::MESH_FOOTPRINT_COMP,
         splats: "mesh_footprints",
         splat_bytes: size_of::<MeshFootprint>(),
-        slots: SLOTS * scene.casters.lobes * scene.receivers.mesh_count(),
+        slots: MESH_FOOTPRINT_SLOTS * scene.casters.lobes * scene.receivers.mesh_count(),
         draw: [&shaders::MESH_FOOTPRINT_VERT, &shaders::MESH_FOOTPRINT_FRAG],
         draw_reads: &[("atlas_texels", Resource::Buffer(texels))],
         receiver_count: scene.receivers.mesh_count(),

@@ -5,14 +5,10 @@ use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, Sampling, sh
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::ShadePush;
+use crate::render::gpu_types::constants::{VIEW_ENVIRONMENT_RAYS, VIEW_LIGHT_RAYS};
 use crate::scene::Camera;
 use glam::DVec3;
 use std::sync::Arc;
-
-/// Rays to each light, shared by a pixel's samples; the same constants as in shade.comp.
-const LIGHT_RAYS: u64 = 16;
-/// Rays to the environment per sample.
-const ENVIRONMENT_RAYS: u64 = 32;
 
 pub struct Shade {
     pipeline: BoundPipeline,
@@ -45,9 +41,11 @@ impl Shade {
     /// Maximum number of rays of a pixel with `side`² samples.
     pub fn rays(scene: &DeviceScene, side: u32) -> u64 {
         let samples = u64::from(side) * u64::from(side);
-        let of_sample = 1 + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present);
+        let of_sample =
+            1 + u64::from(VIEW_ENVIRONMENT_RAYS) * u64::from(scene.environment.is_present);
         // Each sample has at least one ray to each light.
-        let of_lights = LIGHT_RAYS.max(samples) * u64::from(scene.lights.scene_count);
+        let of_lights =
+            u64::from(VIEW_LIGHT_RAYS).max(samples) * u64::from(scene.lights.scene_count);
         // With dielectrics, a sample splits into as many rays as the stack holds, plus one.
         let splits = if scene.casters.lobes > 1 { 7 } else { 1 };
         splits * (samples * of_sample + of_lights)

@@ -5,11 +5,8 @@ use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
 use crate::render::gpu_types::DirectPush;
+use crate::render::gpu_types::constants::{DIRECT_ENVIRONMENT_RAYS, DIRECT_RAYS_SIDE};
 use std::sync::Arc;
-
-/// Rays per texel to each light and to the environment; the same constants as in direct.comp.
-const LIGHT_RAYS: u64 = 16;
-const ENVIRONMENT_RAYS: u64 = 64;
 
 pub struct Direct {
     pipeline: BoundPipeline,
@@ -29,7 +26,9 @@ impl Direct {
         } else {
             0
         };
-        LIGHT_RAYS * u64::from(lights) + ENVIRONMENT_RAYS * u64::from(scene.environment.is_present)
+        let of_light = u64::from(DIRECT_RAYS_SIDE * DIRECT_RAYS_SIDE);
+        let of_environment = u64::from(DIRECT_ENVIRONMENT_RAYS);
+        of_light * u64::from(lights) + of_environment * u64::from(scene.environment.is_present)
     }
 
     /// Records the irradiance of a rectangle of a receiver from the environment, and from suns and lamps if
