@@ -233,7 +233,7 @@ fn points_and_pinhole_light_meshes_too() {
         .expect("beams light rects only");
     let message = error.to_string();
     assert!(
-        message.contains("`receiver` is a mesh") && message.contains("--method"),
+        message.contains("`receiver` is a mesh") && message.contains("another method"),
         "{message}"
     );
 }
