@@ -11,12 +11,12 @@ use std::path::Path;
 
 /// Render a receiver's light map on the device
 ///
-/// Writes irradiance in W/m² as 32-bit float EXR; last row at v = 0, column 0 at u = 0.
+/// Writes irradiance in W/m² as 32-bit float EXR. The last row is at v = 0, column 0 at u = 0.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     map: MapFiles,
-    /// Which light to write
+    /// Light to write
     #[arg(long, value_enum, default_value_t = Component::Caustic)]
     component: Component,
     #[command(flatten)]
@@ -27,9 +27,9 @@ pub struct Arguments {
 enum Component {
     /// Light that met exactly one specular surface
     Caustic,
-    /// Light straight from suns and environment
+    /// Light that comes directly from suns, lamps and the environment
     Direct,
-    /// Both
+    /// Sum of caustic and direct
     Total,
 }
 

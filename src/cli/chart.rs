@@ -18,26 +18,26 @@ use std::sync::atomic::AtomicBool;
 
 /// Chart the speed of every method against its accuracy
 ///
-/// Writes chart.html, chart.svg, chart.csv and chart.json, anew after every scene. Errors are
-/// against references from the CPU, which are kept in the user's cache folder.
+/// Writes chart.html, chart.svg, chart.csv and chart.json after every scene. Errors are relative to
+/// references from the CPU, which are kept in the user's cache folder.
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene files; without, those of nephroid itself that measure rather than show
+    /// Scene files; default: the scenes of nephroid that are made for measurements
     #[arg(value_name = "SCENE")]
     scenes: Vec<PathBuf>,
-    /// Folder to write to; made if it does not exist
+    /// Folder to write to; created if it does not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Measurements of other renderers (.json), with the light map of 256 texels
+    /// Measurements of other renderers (.json), shown with the light map of 256 texels
     #[arg(long, value_name = "FILE")]
     peers: Option<PathBuf>,
-    /// Receiver to chart; without, the first of each scene
+    /// Receiver to chart; default: the first of each scene
     #[arg(long, value_name = "NAME")]
     receiver: Option<String>,
     /// Index or part of the name of the Vulkan device
     #[arg(long)]
     device: Option<String>,
-    /// Only a few settings, on small light maps
+    /// Measure only a few settings, on small light maps
     #[arg(long)]
     quick: bool,
 }

@@ -10,16 +10,16 @@ use std::path::{Path, PathBuf};
 
 /// Compare an EXR image with a reference, or two folders of frames
 ///
-/// L1 = Σ|A − B| / ΣB, L2 = √(Σ(A − B)² / ΣB²), energy ratio = ΣA / ΣB over all pixels and the
+/// L1 = Σ|A − B| / ΣB, L2 = √(Σ(A − B)² / ΣB²) and energy ratio = ΣA / ΣB, over all pixels and the
 /// channels R, G, B. In folders, frames with equal names are compared in the order of their
-/// names; flicker = mean |ΔA − ΔB| / mean B, Δ the change from one frame to the next.
+/// names. Flicker = mean |ΔA − ΔB| / mean B, where Δ is the change from one frame to the next.
 #[derive(Args)]
 pub struct Arguments {
-    /// Image, or folder of frames, to be judged
+    /// Image, or folder of frames, to compare with the reference
     a: PathBuf,
-    /// Reference of the same size
+    /// Reference image of the same size, or folder of reference frames
     b: PathBuf,
-    /// Print as JSON; what is undefined for a black reference is null
+    /// Print as JSON; values that are undefined for a black reference are null
     #[arg(long)]
     json: bool,
 }

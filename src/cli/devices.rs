@@ -5,7 +5,7 @@ use clap::Args;
 use nephroid::Result;
 use nephroid::gpu::list_devices;
 
-/// List the Vulkan devices, best first, as --device counts them
+/// List the Vulkan devices, best first, with the indices that --device takes
 #[derive(Args)]
 pub struct Arguments {
     /// Print as JSON

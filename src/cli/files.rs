@@ -21,7 +21,7 @@ pub struct Files {
 pub struct MapFiles {
     #[command(flatten)]
     pub files: Files,
-    /// Receiver; may be left out if the scene has only one
+    /// Receiver; optional if the scene has only one
     #[arg(long)]
     receiver: Option<String>,
 }

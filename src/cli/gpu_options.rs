@@ -27,23 +27,23 @@ const WARM_UP: usize = 5;
 pub struct GpuOptions {
     #[command(flatten)]
     pub timeline: Timeline,
-    /// How the caustic is computed
+    /// Method that computes the caustic
     #[arg(long, value_parser = method_parser(), default_value = Settings::default().method.name())]
     method: Method,
-    /// Patches asked for on the lit side of the mirrors (at least one a triangle), or points
+    /// Requested patches on the lit side of the casters (at least one per triangle), or points
     #[arg(long, default_value_t = Settings::default().samples,
           value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     samples: u32,
-    /// Texels of the light maps: their width, with the height in the scene file's proportion, or
+    /// Size of the light maps in texels: the width, with the height in the scene file's proportion, or
     /// WIDTHxHEIGHT
     #[arg(long)]
     lightmap: Option<LightMapSize>,
-    /// footprint: parts that an environment is cut into, at most; 8 or more
+    /// footprint: maximum number of environment cells (at least 8)
     #[arg(long, default_value_t = Settings::default().sky_parts,
           value_parser = clap::value_parser!(u32).range(8..=1_000_000))]
     sky_parts: u32,
-    /// footprint: images of a part of an environment in a patch, about so many for every sample times the
-    /// environment's share of all light
+    /// footprint: approximate number of images of environment cells for every sample, times the environment's
+    /// share of all light
     #[arg(long, default_value_t = Settings::default().sky_images,
           value_parser = clap::value_parser!(u32).range(1..=1000))]
     sky_images: u32,
@@ -53,7 +53,7 @@ pub struct GpuOptions {
     /// pinhole: do not blur the light by the mirror's curvature
     #[arg(long)]
     no_filter: bool,
-    /// beams: what is taken for the area that a patch lights
+    /// beams: formula for the area that a patch lights
     #[arg(long, value_parser = area_parser(), default_value = Settings::default().area.name())]
     area: Area,
     /// Index or part of the name of the Vulkan device
@@ -62,7 +62,7 @@ pub struct GpuOptions {
     /// Run under the Vulkan validation layers; any message is an error
     #[arg(long)]
     validate: bool,
-    /// Time every pass over 50 frames after a warm-up; of a sequence, over its frames
+    /// Time every pass over 50 frames after a warm-up, or over the frames of a sequence
     #[arg(long)]
     profile: bool,
     /// Print the result as JSON

@@ -19,28 +19,28 @@ use std::time::Instant;
 /// Compute a receiver's caustic irradiance on the CPU, as ground truth
 ///
 /// Writes the light that met exactly one specular surface as 32-bit float EXR in W/m²: channels R, G, B,
-/// and their standard error as error.R, error.G, error.B. Last row at v = 0, column 0 at u = 0.
+/// and their standard error as error.R, error.G, error.B. The last row is at v = 0, column 0 at u = 0.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     map: MapFiles,
     #[command(flatten)]
     timeline: Timeline,
-    /// Relative L1 error to reach, Σ|error| / ΣE as expected from the standard errors
+    /// Relative L1 error to reach: Σ|error| / ΣE as expected from the standard errors
     #[arg(long, default_value_t = Options::default().error)]
     error: f64,
-    /// Texels of the light map: its width, with the height in the scene file's proportion, or
+    /// Size of the light map in texels: the width, with the height in the scene file's proportion, or
     /// WIDTHxHEIGHT
     #[arg(long)]
     lightmap: Option<LightMapSize>,
-    /// Stop after about this many rays, a round of about a million at least, even if the error is larger than
-    /// asked for
+    /// Stop after about this many rays, at least one round of about a million, even if the error is larger than
+    /// requested
     #[arg(long, default_value_t = Options::default().max_samples, value_parser = clap::value_parser!(u64).range(1..))]
     max_samples: u64,
-    /// The same seed gives the same bits
+    /// Seed of the random points; the same seed gives the same bits
     #[arg(long, default_value_t = Options::default().seed)]
     seed: u32,
-    /// Compute it even if the same was computed before, and do not keep it
+    /// Neither read the reference from the cache nor keep it there
     #[arg(long)]
     no_cache: bool,
     /// Print the summary as JSON

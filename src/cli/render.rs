@@ -11,15 +11,15 @@ use std::path::Path;
 
 /// Render the camera's view with its caustics
 ///
-/// Writes a tone-mapped .png (Khronos PBR Neutral, sRGB) or linear radiance, W/m²/sr, as .exr.
+/// Writes a tone-mapped .png (Khronos PBR Neutral, sRGB), or linear radiance in W/m²/sr as .exr.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     files: Files,
-    /// Pixels, WIDTHxHEIGHT
+    /// Size of the picture in pixels, WIDTHxHEIGHT
     #[arg(long, default_value = "1280x720", value_parser = picture_size)]
     size: [u32; 2],
-    /// Each pixel is the mean of this number squared of samples
+    /// Square root of the number of samples per pixel; each pixel is the mean of its samples
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
     antialias: u32,
     #[command(flatten)]

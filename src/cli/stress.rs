@@ -12,19 +12,19 @@ use nephroid::measure::stress::{
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// Sweep through the places where methods fail
+/// Sweep through the situations where methods fail
 ///
 /// Writes stress.html, stress.csv and stress.json: error, energy and overshoot of every method over
-/// the swept parameter, and in words where each breaks down. Ctrl-C keeps the finished sweeps.
+/// the swept parameter, and text that says where each breaks down. Ctrl-C keeps the finished sweeps.
 #[derive(Args)]
 pub struct Arguments {
-    /// Folder to write to; made if it is missing
+    /// Folder to write to; created if it does not exist
     #[arg(short, long)]
     output: PathBuf,
-    /// Sweeps to run, by name; all if left out
+    /// Names of the sweeps to run; default: all
     #[arg(long, value_name = "NAME", num_args = 1..)]
     only: Vec<String>,
-    /// Few values, coarse maps, rough truths: to see that all works
+    /// Quick check with few values, coarse maps and rough references
     #[arg(long)]
     quick: bool,
     /// Index or part of the name of the Vulkan device

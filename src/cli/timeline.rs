@@ -13,15 +13,15 @@ const MAX_FRAME: u32 = 99_999;
 
 #[derive(Args)]
 pub struct Timeline {
-    /// Time in the scene, s
+    /// Time in the scene, in s
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true,
           value_parser = seconds, conflicts_with = "frames")]
     time: f64,
-    /// First and last frame of a sequence, from 0 at time 0 on, as in 0-119; NAME.exr becomes
+    /// First and last frame of a sequence, such as 0-119. Frame 0 is at time 0. NAME.exr becomes
     /// NAME.0000.exr and so on
     #[arg(long, value_name = "A-B")]
     frames: Option<Frames>,
-    /// Frames a second
+    /// Frames per second
     #[arg(long, default_value_t = 24.0, value_parser = rate, requires = "frames")]
     fps: f64,
 }
