@@ -10,6 +10,7 @@ use ash::vk;
 use common::{footprint, only_receiver};
 use nephroid::Error;
 use nephroid::gpu::{Context, External};
+use nephroid::optics::reflect;
 use nephroid::render::{Frame, Renderer, Settings};
 use nephroid::scene::Scene;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -116,6 +117,45 @@ fn a_frame_that_cannot_be_recorded_is_refused_before_it_is_begun() {
     // SAFETY: as above.
     let error = unsafe { renderer.record(vk::CommandBuffer::null(), &frame) };
     assert!(matches!(error, Err(Error::Host { .. })));
+}
+
+/// The light that the middle of a mirror reflects is where the tile's transform says: lit, and not the other way up.
+#[test]
+fn the_transform_of_a_tile_finds_the_light() {
+    let scene = only_receiver(common::load("mirror.toml"), "floor", [64, 64]);
+    let [mirror, floor] = ["mirror", "floor"].map(|name| common::rect(&scene, name));
+    let middle = mirror.origin + 0.5 * (mirror.edge_u + mirror.edge_v);
+    let direction = reflect(-common::toward_sun(&scene), mirror.normal());
+    let distance = (floor.origin - middle).dot(floor.normal()) / direction.dot(floor.normal());
+    let from_corner = middle + distance * direction - floor.origin;
+    let along = |edge: glam::DVec3| from_corner.dot(edge) / edge.length_squared();
+    let uv = [along(floor.edge_u), along(floor.edge_v)];
+    let map = common::Device::open().caustic(&scene, "floor", &footprint(1024));
+    host::with_commands(|external, commands| {
+        // SAFETY: the host outlives the context, and the commands are never submitted.
+        let context = unsafe { Context::from_raw(external) }.unwrap();
+        let mut renderer = Renderer::new(&context, &scene, &footprint(1024)).unwrap();
+        let frame = Frame {
+            scene: &scene,
+            direct: false,
+        };
+        // SAFETY: as above.
+        let output = unsafe { renderer.record(commands, &frame) }.unwrap();
+        let tile = output.receivers[0];
+        let lit = |uv: [f64; 2]| {
+            let texel = [0, 1].map(|axis| {
+                let place = uv[axis] as f32 * tile.scale[axis] + tile.offset[axis];
+                let texel = place * output.light_map.size[axis] as f32;
+                texel as u32 - tile.origin[axis]
+            });
+            map.pixels[(texel[1] * map.width + texel[0]) as usize] != [0.0; 3]
+        };
+        assert!(lit(uv), "{uv:?}");
+        assert!(
+            !lit([uv[0], 1.0 - uv[1]]) || !lit([1.0 - uv[0], uv[1]]),
+            "{uv:?}"
+        );
+    });
 }
 
 /// Counts what a thread allocates while it counts.

@@ -443,19 +443,16 @@ fn map_image(image: &Image) -> MapImage {
 
 fn tiles(scene: &DeviceScene) -> Vec<ReceiverTile> {
     let all = scene.receivers.image_size;
-    (scene.receivers.tiles.iter().enumerate())
-        .map(|(index, tile)| {
-            let (_, is_mesh) = scene.receivers.of_tile(index);
+    (scene.receivers.tiles.iter())
+        .map(|tile| {
             let [mut scale, mut offset] = [[0.0; 2]; 2];
             for axis in 0..2 {
                 scale[axis] = tile.size[axis] as f32 / all[axis] as f32;
                 offset[axis] = tile.origin[axis] as f32 / all[axis] as f32;
             }
-            if is_mesh {
-                // The v of a mesh's texture coordinates points upward.
-                offset[1] += scale[1];
-                scale[1] = -scale[1];
-            }
+            // v points up, and the rows of the map start at the top.
+            offset[1] += scale[1];
+            scale[1] = -scale[1];
             ReceiverTile {
                 object: tile.object,
                 origin: tile.origin,
