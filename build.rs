@@ -18,8 +18,6 @@ fn main() {
 
     note_commit();
 
-    println!("cargo::rerun-if-changed=examples/embed_ash");
-
     if let Err(message) = compile_all().and_then(|()| share_constants()) {
         for line in message.lines() {
             println!("cargo::error={line}");
@@ -138,6 +136,7 @@ fn compile_example(compiler: &Compiler) -> Result<(), String> {
     for name in ["floor.vert", "floor.frag"] {
         let source = Path::new("examples/embed_ash").join(name);
         if source.exists() {
+            println!("cargo::rerun-if-changed={}", source.display());
             let words = compiler.compile(&source)?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             let file = out_dir().join(format!("{name}.spv"));

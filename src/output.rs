@@ -9,6 +9,7 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use tempfile::TempPath;
 
 /// Files that a signal has to remove. Locked while one is made or renamed.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -115,7 +116,7 @@ fn followed(path: &Path) -> std::io::Result<PathBuf> {
 /// A file that vanishes unless it is renamed.
 struct Temporary {
     file: File,
-    path: Option<PathBuf>,
+    path: Option<TempPath>,
 }
 
 impl Temporary {
@@ -125,9 +126,17 @@ impl Temporary {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666)); // less the umask
+        }
         let mut files = TEMPORARY.lock().expect("no panic while held");
-        let (file, path) = create_in(folder).map_err(|e| cannot_write(name, &e))?;
-        files.push(path.clone());
+        // The error's own text would name the temporary file.
+        let made = (builder.tempfile_in(folder)).map_err(|e| cannot_write(name, &plain(&e)))?;
+        files.push(made.path().to_owned());
+        let (file, path) = made.into_parts();
         Ok(Self {
             file,
             path: Some(path),
@@ -136,32 +145,26 @@ impl Temporary {
 
     fn rename(mut self, to: &Path) -> std::io::Result<()> {
         let mut files = TEMPORARY.lock().expect("no panic while held");
-        std::fs::rename(self.path.as_ref().expect("renamed once"), to)?;
-        let path = self.path.take();
-        files.retain(|file| Some(file) != path.as_ref());
-        Ok(())
+        let path = self.path.take().expect("renamed once");
+        files.retain(|file| *file != *path);
+        path.persist(to).map_err(|e| plain(&e.error))
     }
 }
 
 impl Drop for Temporary {
     fn drop(&mut self) {
         if let (Some(path), Ok(mut files)) = (self.path.take(), TEMPORARY.lock()) {
-            let _ = std::fs::remove_file(&path);
-            files.retain(|file| *file != path);
+            files.retain(|file| *file != *path);
         }
     }
 }
 
-/// A new file, under a name that is not taken.
-fn create_in(folder: &Path) -> std::io::Result<(File, PathBuf)> {
-    for number in 0_u64.. {
-        let path = folder.join(format!(".tmp{}-{number}", std::process::id()));
-        match File::create_new(&path) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            made => return Ok((made?, path)),
-        }
+/// The error without the path that the crate tempfile adds.
+fn plain(error: &std::io::Error) -> std::io::Error {
+    match error.raw_os_error() {
+        Some(code) => std::io::Error::from_raw_os_error(code),
+        None => error.kind().into(),
     }
-    unreachable!("no folder holds 2^64 files")
 }
 
 #[cfg(unix)]

@@ -90,10 +90,6 @@ impl Image {
         context.set_name(handle, name);
         let mut owned = Owned::new(context);
         owned.image = handle;
-        let range = vk::ImageSubresourceRange::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .level_count(levels)
-            .layer_count(1);
         let (filter, mipmap, repeat) = match sampling {
             Sampling::Clamp => (
                 vk::Filter::LINEAR,
@@ -110,7 +106,7 @@ impl Image {
             .image(handle)
             .view_type(vk::ImageViewType::TYPE_2D)
             .format(FORMAT)
-            .subresource_range(range);
+            .subresource_range(color_range(levels));
         let sampler = vk::SamplerCreateInfo::default()
             .mag_filter(filter)
             .min_filter(filter)
@@ -146,10 +142,7 @@ impl Image {
     }
 
     pub(super) fn range(&self) -> vk::ImageSubresourceRange {
-        vk::ImageSubresourceRange::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .level_count(self.levels)
-            .layer_count(1)
+        color_range(self.levels)
     }
 
     /// For hosts that sample it.
@@ -199,6 +192,13 @@ impl Image {
         }
         Ok(texels)
     }
+}
+
+fn color_range(levels: u32) -> vk::ImageSubresourceRange {
+    vk::ImageSubresourceRange::default()
+        .aspect_mask(vk::ImageAspectFlags::COLOR)
+        .level_count(levels)
+        .layer_count(1)
 }
 
 pub(super) fn image_copy(

@@ -79,11 +79,6 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// For the command buffers of a host, one after the other.
-    pub fn for_host(context: &Arc<Context>) -> Self {
-        Self::idle(context)
-    }
-
     /// Records into a host's command buffer until [`Recorder::end_host`].
     ///
     /// # Safety
@@ -104,7 +99,8 @@ impl Recorder {
         self.pool != vk::CommandPool::null()
     }
 
-    fn idle(context: &Arc<Context>) -> Self {
+    /// Without a command buffer: a host lends its own, one after the other.
+    pub fn for_host(context: &Arc<Context>) -> Self {
         Self {
             context: context.clone(),
             pool: vk::CommandPool::null(),
@@ -131,11 +127,11 @@ impl Recorder {
     /// # Errors
     /// [`Error::Device`] where the device fails, [`Error::Host`] where it is a host's.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        if context.queue.is_none() {
+        if context.is_of_host() {
             return Err(of_host());
         }
         let failed = || device_error("making a command buffer");
-        let mut recorder = Self::idle(context);
+        let mut recorder = Self::for_host(context);
         let device = &context.device;
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family);
         // SAFETY: a valid device; everything is destroyed in Drop.

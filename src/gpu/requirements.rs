@@ -20,23 +20,17 @@ pub struct Requirements {
 }
 
 impl Requirements {
-    /// The names of the features, and whether `features` has them.
-    fn features_of(
+    /// The name of a required feature that `features` lacks.
+    pub(super) fn missing_feature(
         features: &vk::PhysicalDeviceVulkan13Features,
-    ) -> [(&'static str, vk::Bool32); 3] {
+    ) -> Option<&'static str> {
         [
             ("dynamicRendering", features.dynamic_rendering),
             ("synchronization2", features.synchronization2),
             ("maintenance4", features.maintenance4),
         ]
-    }
-
-    pub(super) fn missing_feature(
-        features: &vk::PhysicalDeviceVulkan13Features,
-    ) -> Option<&'static str> {
-        let mut missing =
-            (Self::features_of(features).into_iter()).filter(|(_, present)| *present == vk::FALSE);
-        missing.next().map(|(name, _)| name)
+        .into_iter()
+        .find_map(|(name, present)| (present == vk::FALSE).then_some(name))
     }
 }
 

@@ -9,7 +9,7 @@ use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging};
 use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::{Light, Object as DeviceObject, Profile};
-use crate::render::lights::{DeviceLights, LightGroup, PackedLights, Source, is_narrow, pack};
+use crate::render::lights::{DeviceLights, EnvironmentLight, LightGroup, Source, is_narrow, pack};
 use crate::render::materials::objects;
 use crate::render::patches::casters::DeviceCasters;
 use crate::render::receivers::light_maps::DeviceReceivers;
@@ -48,8 +48,7 @@ impl DeviceScene {
         let geometry = DeviceGeometry::new(context, scene, &atlases)?;
         let receivers = DeviceReceivers::new(context, scene, atlases)?;
         let environment = DeviceEnvironment::new(context, &mut staging, scene)?;
-        let lights = pack(scene, geometry.store.origin)?;
-        let all_lit = lights.environment.is_some() && settings.method == Method::Pinhole;
+        let all_lit = environment.is_present && settings.method == Method::Pinhole;
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
         let profile_table = profiles();
         let profiles = Buffer::new(context, "profiles", size_of_val(&*profile_table) as u64)?;
@@ -98,17 +97,14 @@ impl DeviceScene {
         let objects = objects(scene, |object| receivers.of_object(object));
         staging.write(&self.objects, 0, &objects)?;
 
-        let PackedLights {
-            mut lights,
-            environment,
-        } = pack(scene, store.origin)?;
-        let before = pack(&self.scene, store.origin)?.environment;
+        let mut lights = pack(scene, store.origin);
+        let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);
         let changed = self.environment.update(
             context,
             staging,
             scene,
             &self.geometry,
-            [before.filter(|_| !is_stale), environment],
+            [before, EnvironmentLight::of(scene)?],
             &lights,
             !moved.is_empty(),
             &self.settings,

@@ -6,7 +6,7 @@
 use crate::render::device_scene::DeviceScene;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{self, Light};
-use crate::render::lights::{PackedLights, directions, outgoing_directions, pack};
+use crate::render::lights::{directions, outgoing_directions, pack};
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -45,9 +45,7 @@ impl Stage {
 /// method supports caustics of environments.
 pub fn sentences(device: &DeviceScene, with_environment: bool) -> Vec<String> {
     let scene = &device.scene;
-    let Ok(PackedLights { lights, .. }) = pack(scene, device.geometry.store.origin) else {
-        return Vec::new();
-    };
+    let lights = pack(scene, device.geometry.store.origin);
     let sentence = |(index, object): (usize, &crate::scene::Object)| {
         let reason = best(device, &lights, with_environment, index).reason()?;
         let name = object.name.escape_debug();

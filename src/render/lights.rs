@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::optics::{reflect, refract};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{self, Light, PlanarReceiver};
+use crate::render::gpu_types::{Light, PlanarReceiver};
 use crate::render::settings::Method;
 use crate::scene::{EnvironmentMap, LightKind, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
@@ -98,8 +98,7 @@ impl DeviceLights {
             self.are_narrow.truncate(self.scene_count as usize);
         }
         let method = self.method;
-        let known = self.are_narrow.len().min(lights.len());
-        self.are_narrow.truncate(known);
+        let known = self.are_narrow.len();
         (self.are_narrow).extend(lights[known..].iter().map(|light| match method {
             Method::Footprint => is_narrow(light),
             Method::Beams => true,
@@ -148,12 +147,6 @@ impl DeviceLights {
     }
 }
 
-/// The lights of a scene.
-pub struct PackedLights<'a> {
-    pub lights: Vec<gpu_types::Light>,
-    pub environment: Option<EnvironmentLight<'a>>,
-}
-
 /// The present state of an environment.
 #[derive(Clone, Copy)]
 pub struct EnvironmentLight<'a> {
@@ -163,63 +156,69 @@ pub struct EnvironmentLight<'a> {
     pub rotation: f32,
 }
 
-/// # Errors
-/// [`Error::Usage`] where there is more than one environment.
-pub fn pack(scene: &Scene, origin: DVec3) -> Result<PackedLights<'_>> {
-    let mut lights = Vec::new();
-    let mut environment = None;
-    for light in &scene.lights {
-        match &light.kind {
-            LightKind::Sun {
-                direction,
-                irradiance,
-                angular_radius,
-            } => {
-                let [axis1, axis2] = disc_axes(*direction, *angular_radius);
-                lights.push(gpu_types::Light {
-                    place: direction.as_vec3(),
-                    size: *angular_radius as f32,
-                    power: irradiance.as_vec3(),
-                    axis1,
-                    axis2,
-                    ..Default::default()
-                });
-            }
-            LightKind::Lamp {
-                position,
-                radius,
-                radiant_flux,
-            } => lights.push(gpu_types::Light {
-                place: (*position - origin).as_vec3(),
-                size: *radius as f32,
-                // Radiant intensity into the whole sphere, W/sr.
-                power: (*radiant_flux / (4.0 * PI)).as_vec3(),
-                is_lamp: 1,
-                ..Default::default()
-            }),
+impl<'a> EnvironmentLight<'a> {
+    /// The environment of a scene, if it has one.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there is more than one.
+    pub fn of(scene: &'a Scene) -> Result<Option<Self>> {
+        let mut all = scene.lights.iter().filter_map(|light| match &light.kind {
             LightKind::Environment {
                 map,
                 scale,
                 rotation,
-            } => {
-                let light = EnvironmentLight {
-                    map,
-                    scale: *scale as f32,
-                    rotation: rotation.rem_euclid(TAU) as f32,
-                };
-                if environment.replace(light).is_some() {
-                    return Err(Error::Usage {
-                        reason: "the scene has more than one environment".into(),
-                        remedy: "keep one light of kind environment".into(),
-                    });
-                }
-            }
+            } => Some(Self {
+                map,
+                scale: *scale as f32,
+                rotation: rotation.rem_euclid(TAU) as f32,
+            }),
+            _ => None,
+        });
+        match (all.next(), all.next()) {
+            (_, Some(_)) => Err(Error::Usage {
+                reason: "the scene has more than one environment".into(),
+                remedy: "keep one light of kind environment".into(),
+            }),
+            (environment, None) => Ok(environment),
         }
     }
-    Ok(PackedLights {
-        lights,
-        environment,
-    })
+}
+
+/// The suns and lamps of a scene, with positions relative to `origin`.
+pub fn pack(scene: &Scene, origin: DVec3) -> Vec<Light> {
+    let packed = |kind: &LightKind| match kind {
+        LightKind::Sun {
+            direction,
+            irradiance,
+            angular_radius,
+        } => {
+            let [axis1, axis2] = disc_axes(*direction, *angular_radius);
+            Some(Light {
+                place: direction.as_vec3(),
+                size: *angular_radius as f32,
+                power: irradiance.as_vec3(),
+                axis1,
+                axis2,
+                ..Default::default()
+            })
+        }
+        LightKind::Lamp {
+            position,
+            radius,
+            radiant_flux,
+        } => Some(Light {
+            place: (*position - origin).as_vec3(),
+            size: *radius as f32,
+            // Radiant intensity into the whole sphere, W/sr.
+            power: (*radiant_flux / (4.0 * PI)).as_vec3(),
+            is_lamp: 1,
+            ..Default::default()
+        }),
+        LightKind::Environment { .. } => None,
+    };
+    (scene.lights.iter())
+        .filter_map(|light| packed(&light.kind))
+        .collect()
 }
 
 /// A root of the covariance of the directions of a sun's disc. The variance of a disc of radius a is a²/4 on each axis.
@@ -243,20 +242,21 @@ pub fn is_narrow(
     receivers: &[PlanarReceiver],
     light: &Light,
 ) -> bool {
-    let places: Vec<(&MaterialKind, u32)> = (scene.specular_objects())
+    let triangles: Vec<(&MaterialKind, u32)> = (scene.specular_objects())
         .flat_map(|(index, object)| {
             let material = &scene.materials[object.material].kind;
             store
                 .indices(index)
                 .iter()
-                .map(move |&place| (material, place))
+                .map(move |&triangle| (material, triangle))
         })
         .collect();
     let (mut sum, mut weights) = (0.0, 0.0);
-    for &(material, place) in places.iter().step_by(places.len().div_ceil(SAMPLED).max(1)) {
+    let step = triangles.len().div_ceil(SAMPLED).max(1);
+    for &(material, index) in triangles.iter().step_by(step) {
         let (triangle, normals) = (
-            &store.triangles[place as usize],
-            &store.normals[place as usize],
+            &store.triangles[index as usize],
+            &store.normals[index as usize],
         );
         let x = triangle.position + (triangle.edge1 + triangle.edge2) / 3.0;
         let normal = (normals.n0 + normals.n1 + normals.n2)

@@ -179,8 +179,8 @@ impl Renderer {
                 remedy: "make the context with Context::from_raw, and pass a command buffer that is recording".into(),
             });
         }
-        self.update(frame.scene)?;
         self.retire();
+        self.update(frame.scene)?;
         // SAFETY: the caller's promise.
         unsafe { self.recorder.begin_host(commands) };
         let recorded = self.record_caustic().and_then(|()| match frame.direct {
@@ -226,7 +226,7 @@ impl Renderer {
                 self.scene.casters.clear();
             })?;
             let replaced = std::mem::replace(&mut self.caustic, stages);
-            let frames = self.settings.frames_in_flight.max(1) + 1;
+            let frames = self.settings.frames_in_flight.max(1);
             self.retired.push_back((frames, replaced));
         }
         Ok(())

@@ -8,7 +8,7 @@ use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::Light;
 use crate::render::lights::{EnvironmentLight, LightGroup};
 use crate::render::settings::{Method, Settings};
-use crate::scene::{LightKind, Scene};
+use crate::scene::Scene;
 use std::sync::Arc;
 
 pub struct DeviceEnvironment {
@@ -34,21 +34,18 @@ impl DeviceEnvironment {
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.
     pub fn new(context: &Arc<Context>, staging: &mut Staging, scene: &Scene) -> Result<Self> {
-        let map = (scene.lights.iter()).find_map(|light| match &light.kind {
-            LightKind::Environment { map, .. } => Some(map),
-            _ => None,
-        });
-        let size = map.map_or([1, 1], |map| [map.width, map.height]);
+        let light = EnvironmentLight::of(scene)?;
+        let size = light.map_or([1, 1], |light| [light.map.width, light.map.height]);
         let levels = size[0].max(size[1]).ilog2() + 1;
         let sampling = Sampling::Equirectangular;
         let image = Image::new(context, "environment", size, levels, sampling)?;
         staging.prepare(&image);
-        if map.is_none() {
+        if light.is_none() {
             staging.write_level(&image, 0, &[[0.0; 3]])?;
         }
         Ok(Self {
             image,
-            is_present: map.is_some(),
+            is_present: light.is_some(),
             rotation: 0.0,
             pairs: None,
         })

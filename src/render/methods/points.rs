@@ -19,8 +19,6 @@ pub struct Points {
     pub count: u32,
     /// Capacity, points per batch.
     pub batch: u32,
-    /// Bound to the pipelines.
-    _splats: Buffer,
 }
 
 /// Number of texels that a point may light: for each lobe one texel of each planar receiver, and one of all meshes,
@@ -64,7 +62,6 @@ impl Points {
             points,
             count: all,
             batch,
-            _splats: splats,
         })
     }
 

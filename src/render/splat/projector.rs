@@ -52,8 +52,6 @@ pub struct Projector {
     receiver_count: u32,
     spread: f32,
     area_by_product: bool,
-    /// Bound instead of an environment's pairs.
-    _no_pairs: Buffer,
 }
 
 impl Projector {
@@ -77,6 +75,7 @@ impl Projector {
         } = *description;
         let capacity = scene.pair_capacity(source);
         let list = SplatList::new(context, scene, capacity, splat_bytes, slots)?;
+        // Bound instead of an environment's pairs.
         let no_pairs = Buffer::new(context, "no pairs", 0)?;
         let (patches, lights, pairs) = match &scene.environment.pairs {
             Some(of) if source == Source::Environment => (&of.patches, &of.lights, &of.pairs),
@@ -106,7 +105,6 @@ impl Projector {
             receiver_count: description.receiver_count,
             spread: description.spread,
             area_by_product: description.area_by_product,
-            _no_pairs: no_pairs,
         })
     }
 
