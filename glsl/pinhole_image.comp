@@ -26,6 +26,7 @@ layout(std430, binding = 10) readonly buffer Pairs { uvec2 pairs[]; }; // patch 
 #include "planar_receiver.glsl"
 #include "kernel.glsl"
 #include "flux.glsl"
+#include "cluster.glsl"
 #include "slots.glsl"
 
 // Lower bound on the cosines at the patch and at the receiver.
@@ -97,16 +98,7 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     if (lit == 0) return false;
     float path = height / -dot(r, m);
 
-    // Image of the patch's axes along the mean direction, in texels.
-    mat2 of_patch;
-    for (int i = 0; i < 2; i++) {
-        vec2 st = AXES[i];
-        vec3 normal_change = normalize_change(patch_.normal, st.x * patch_.normal_du + st.y * patch_.normal_dv);
-        vec3 change = st.x * patch_.edge1 + st.y * patch_.edge2
-            + path * outgoing_change(middle, normal, vec3(0.0), normal_change, lobe_eta);
-        of_patch[i] = texel_direction(receiver, change - r * (dot(change, m) / dot(r, m)));
-    }
-    of_patch *= sqrt(push.spread);
+    mat2 of_patch = cluster_image(patch_, middle, normal, lobe_eta, receiver, r, path) * sqrt(push.spread);
     vec3 covariance = outer2(of_patch[0]) + outer2(of_patch[1]);
 
     // Level choice as for footprints, but here the kernel blurs an edge.

@@ -26,6 +26,9 @@ layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[];
 #include "clip.glsl"
 #include "slots.glsl"
 
+// For measurements: triangles take the product of two lengths for their area, see product_over_area().
+layout(constant_id = 1) const bool AREA_BY_PRODUCT = false;
+
 // Lower bound on the length and height of a triangle, texels, so that no area is zero.
 const float MIN_THICKNESS = 1.0 / 16.0;
 
@@ -95,7 +98,7 @@ bool project_triangle(Patch patch_, Light light, vec3 flux, float eta, PlanarRec
 
     float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]);
     vec3 irradiance = flux / (area * texel_area(receiver));
-    if (push.product != 0) irradiance *= product_over_area(patch_, q[1] - q[0], q[2] - q[0]);
+    if (AREA_BY_PRODUCT) irradiance *= product_over_area(patch_, q[1] - q[0], q[2] - q[0]);
     splat = TriangleSplat(irradiance, 0.0, q[0], q[1], q[2], lower, upper, vec2(0.0));
     return true;
 }

@@ -22,6 +22,11 @@ vec2 texel_direction(PlanarReceiver receiver, vec3 direction) {
     return vec2(u * float(receiver.width), -v * float(receiver.height));
 }
 
+// Where the end of a ray along r moves on the receiver's plane, in texels, if it moves by `change`, m, in space.
+vec2 landing_change(PlanarReceiver receiver, vec3 r, vec3 change) {
+    return texel_direction(receiver, change - r * (dot(change, receiver.normal) / dot(r, receiver.normal)));
+}
+
 // Area of a texel, m^2.
 float texel_area(PlanarReceiver receiver) {
     return length(cross(receiver.edge_u, receiver.edge_v)) / float(receiver.width * receiver.height);
@@ -51,14 +56,6 @@ Level level_of(PlanarReceiver receiver, int level) {
     origin += ivec2(size.x + 1, 1);
     for (int i = 1; i < level; i++) origin.y += ((size.y - 1) >> i) + 3;
     return Level(origin, ((size - 1) >> level) + 1);
-}
-
-// Whether a patch cluster is so close to the receiver for its size that it does not act as a pinhole. The limit is on
-// squared size over squared height; 0.1 to 1 gave the same results.
-bool is_close_cluster(Patch patch_, PlanarReceiver receiver) {
-    float height = dot(patch_.position - receiver.origin, receiver.normal);
-    float square = dot(patch_.edge1, patch_.edge1) + dot(patch_.edge2, patch_.edge2);
-    return height > 0.0 && square > 0.3 * height * height;
 }
 
 // Bounds of a level with its border, in texels of the light-map image.

@@ -1,7 +1,7 @@
 // The push constants of all projectors.
 
 layout(push_constant) uniform ProjectPush {
-    uint first_pair;     // first pair of this batch; pair = light * patch_count + patch, or an index into `pairs`
+    uint first_pair;     // first pair of this batch; pair = light * patch_count + patch; of an environment, an index into `pairs`
     uint pair_count;     // number of pairs in this batch
     uint patch_count;
     uint first_light;
@@ -10,6 +10,4 @@ layout(push_constant) uniform ProjectPush {
     float spread;        // variance of the kernel over the variance of the patch
     float flat_spread;   // the same for flat patches
     uint can_occlude;    // 0: nothing can occlude light, so that no rays are traced
-    uint clustered;      // 1: the patches are large clusters of many triangles, and `pairs` lists patch and environment cell
-    uint product;        // 1: triangles take the product of two lengths for the area
 } push;

@@ -11,22 +11,31 @@ pub enum Topology {
     Points,
 }
 
-/// A compute pipeline. `constant` is the specialisation constant 0.
+/// Specialisation constants, by their ids.
+pub type Constants = [bool; 2];
+
+/// A compute pipeline. A shader need not have all of the `constants`.
 ///
 /// # Errors
 /// [`crate::Error::Device`] where the driver refuses.
 pub fn compile_compute(
     context: &Context,
     shader: &'static Shader,
-    constant: bool,
+    constants: Constants,
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
     let module = Module::new(context, shader)?;
-    let value = vk::Bool32::from(constant).to_ne_bytes();
-    let entries = [vk::SpecializationMapEntry::default().size(value.len())];
+    let values = constants.map(vk::Bool32::from);
+    let size = size_of::<vk::Bool32>();
+    let entries = [0, 1].map(|id| {
+        vk::SpecializationMapEntry::default()
+            .constant_id(id)
+            .offset(id * size as u32)
+            .size(size)
+    });
     let constants = vk::SpecializationInfo::default()
         .map_entries(&entries)
-        .data(&value);
+        .data(bytemuck::cast_slice(&values));
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
         .module(module.handle)

@@ -1,6 +1,6 @@
 //! Pipelines whose layout is read from the SPIR-V, and resources bound to them by name.
 
-use super::compile::{Topology, compile_compute, compile_graphics};
+use super::compile::{Constants, Topology, compile_compute, compile_graphics};
 use super::memory::Keeper;
 use super::shader::{Binding, BindingKind};
 use super::{Buffer, Context, Image, Shader, device_error};
@@ -40,8 +40,8 @@ struct Source {
     first: &'static Shader,
     /// A fragment shader; its topology.
     fragment: Option<(&'static Shader, Topology)>,
-    /// Specialisation constant 0 of a compute shader.
-    constant: bool,
+    /// Specialisation constants of a compute shader, by their ids.
+    constants: Constants,
 }
 
 impl Source {
@@ -49,7 +49,7 @@ impl Source {
         let fragment = self
             .fragment
             .map(|(shader, topology)| (shader.name, topology));
-        (self.first.name, fragment, self.constant)
+        (self.first.name, fragment, self.constants)
     }
 
     fn shaders(&self) -> impl Iterator<Item = &'static Shader> {
@@ -57,7 +57,7 @@ impl Source {
     }
 }
 
-type Key = (&'static str, Option<(&'static str, Topology)>, bool);
+type Key = (&'static str, Option<(&'static str, Topology)>, Constants);
 
 /// All pipelines of a context.
 #[derive(Default)]
@@ -88,7 +88,8 @@ pub struct BoundPipeline {
 }
 
 impl BoundPipeline {
-    /// A compute pipeline with its resources. `constant` is the specialisation constant 0, of shaders that have one.
+    /// A compute pipeline with its resources. `constants` are the specialisation constants by
+    /// their ids; a shader need not have them.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the driver refuses.
@@ -98,13 +99,13 @@ impl BoundPipeline {
     pub fn compute(
         context: &Arc<Context>,
         shader: &'static Shader,
-        constant: bool,
+        constants: Constants,
         resources: &Bindings,
     ) -> Result<Self> {
         let source = Source {
             first: shader,
             fragment: None,
-            constant,
+            constants,
         };
         Self::new(context, &source, resources)
     }
@@ -123,7 +124,7 @@ impl BoundPipeline {
         let source = Source {
             first: vertex,
             fragment: Some((fragment, topology)),
-            constant: false,
+            constants: [false; 2],
         };
         Self::new(context, &source, resources)
     }
@@ -324,7 +325,7 @@ impl Pipeline {
         // SAFETY: as above.
         made.layout = unsafe { device.create_pipeline_layout(&info, None) }.map_err(failed())?;
         let handle = match source.fragment {
-            None => compile_compute(context, source.first, source.constant, made.layout)?,
+            None => compile_compute(context, source.first, source.constants, made.layout)?,
             Some((fragment, topology)) => {
                 compile_graphics(context, source.first, fragment, topology, made.layout)?
             }

@@ -14,7 +14,7 @@ use crate::render::materials::objects;
 use crate::render::patches::casters::DeviceCasters;
 use crate::render::receivers::light_maps::DeviceReceivers;
 use crate::render::receivers::mesh::atlases;
-use crate::render::settings::{Method, Settings};
+use crate::render::settings::{Area, Method, Settings};
 use crate::render::splat::kernel_profiles::profiles;
 use crate::scene::{Geometry, LightKind, Object, Scene};
 use std::mem::discriminant;
@@ -165,7 +165,10 @@ impl DeviceScene {
             ("environment", Resource::Image(&self.environment.image)),
         ];
         let only_mirrors = self.casters.lobes == 1;
-        BoundPipeline::compute(context, shader, only_mirrors, &[own, &shared].concat())
+        let Settings { method, area, .. } = self.settings;
+        let area_by_product = method == Method::Beams && area == Area::Product;
+        let constants = [only_mirrors, area_by_product];
+        BoundPipeline::compute(context, shader, constants, &[own, &shared].concat())
     }
 
     /// The lights of `source` with the number of their patches.

@@ -84,7 +84,7 @@ mirrors! {
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32,
         first_light: u32, receiver_count: u32, lobes: u32, spread: f32,
-        flat_spread: f32, can_occlude: u32, clustered: u32, product: u32,
+        flat_spread: f32, can_occlude: u32,
     }
     CompactPush { pair_count: u32, slots: u32, }
     LevelsPush { receiver_count: u32, rows: u32, }

@@ -8,7 +8,7 @@ use crate::render::lights::Source;
 use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::Sample;
-use crate::render::settings::{Area, Method, Settings};
+use crate::render::settings::{Method, Settings};
 use crate::render::splat::footprints::footprints;
 use crate::render::splat::mesh_footprints::mesh_footprints;
 use crate::render::splat::pinhole_images::pinhole_images;
@@ -41,7 +41,7 @@ pub fn caustic(
                     remedy: "choose another method, or remove the object's `lightmap`".into(),
                 });
             }
-            let projector = triangles(context, scene, &sample.patches, settings.area)?;
+            let projector = triangles(context, scene, &sample.patches)?;
             Ok(Caustic::Splat {
                 sample,
                 projectors: vec![projector],
@@ -69,7 +69,7 @@ fn by_footprints(
     let has = |source| scene.groups(source).next().is_some();
     if scene.receivers.planar_count > 0 {
         if has(Source::Narrow) {
-            projectors.push(triangles(context, scene, patches, Area::True)?);
+            projectors.push(triangles(context, scene, patches)?);
         }
         if has(Source::Wide) || has(Source::Environment) {
             let levels = Levels::new(context, scene)?;

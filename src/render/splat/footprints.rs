@@ -22,8 +22,9 @@ pub fn footprints(
     patches: &Buffer,
     levels: &Levels,
 ) -> Result<Projector> {
-    let (spread, passes) = match source {
+    let (shader, spread, passes) = match source {
         Source::Environment => (
+            &shaders::ENVIRONMENT_FOOTPRINT_COMP,
             CLUSTER_SPREAD,
             Passes {
                 work: "footprints of the environment",
@@ -33,6 +34,7 @@ pub fn footprints(
             },
         ),
         _ => (
+            &shaders::FOOTPRINT_COMP,
             SPREAD,
             Passes {
                 work: "footprints",
@@ -43,7 +45,7 @@ pub fn footprints(
         ),
     };
     let description = Description {
-        shader: &shaders::FOOTPRINT_COMP,
+        shader,
         splats: "footprints",
         splat_bytes: size_of::<Footprint>(),
         slots: SLOTS * scene.planar_targets(),
@@ -52,7 +54,6 @@ pub fn footprints(
         receiver_count: scene.receivers.planar_count,
         spread,
         levels: Some(levels),
-        area_by_product: false,
         passes,
     };
     Projector::new(context, scene, source, patches, &description)

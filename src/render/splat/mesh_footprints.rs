@@ -19,8 +19,9 @@ pub fn mesh_footprints(
     source: Source,
     patches: &Buffer,
 ) -> Result<Projector> {
-    let (spread, passes) = match source {
+    let (shader, spread, passes) = match source {
         Source::Environment => (
+            &shaders::ENVIRONMENT_MESH_FOOTPRINT_COMP,
             CLUSTER_SPREAD,
             Passes {
                 work: "mesh footprints of the environment",
@@ -30,6 +31,7 @@ pub fn mesh_footprints(
             },
         ),
         _ => (
+            &shaders::MESH_FOOTPRINT_COMP,
             SPREAD,
             Passes {
                 work: "mesh footprints",
@@ -41,7 +43,7 @@ pub fn mesh_footprints(
     };
     let texels = &scene.receivers.atlas_texels;
     let description = Description {
-        shader: &shaders::MESH_FOOTPRINT_COMP,
+        shader,
         splats: "mesh_footprints",
         splat_bytes: size_of::<MeshFootprint>(),
         slots: MESH_FOOTPRINT_SLOTS * scene.casters.lobes * scene.receivers.mesh_count(),
@@ -50,7 +52,6 @@ pub fn mesh_footprints(
         receiver_count: scene.receivers.mesh_count(),
         spread,
         levels: None,
-        area_by_product: false,
         passes,
     };
     Projector::new(context, scene, source, patches, &description)

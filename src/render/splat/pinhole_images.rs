@@ -30,7 +30,6 @@ pub fn pinhole_images(
         receiver_count: scene.receivers.planar_count,
         spread: IMAGE_SPREAD,
         levels: Some(levels),
-        area_by_product: false,
         passes: Passes {
             work: "pinhole images",
             project: "project pinhole images",

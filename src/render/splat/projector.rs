@@ -28,8 +28,6 @@ pub struct Description<'a> {
     pub spread: f32,
     /// Coarser levels, if wide splats go to them.
     pub levels: Option<&'a Levels>,
-    /// Whether triangles use the wrong area [`crate::render::Area::Product`].
-    pub area_by_product: bool,
     pub passes: Passes,
 }
 
@@ -51,7 +49,6 @@ pub struct Projector {
     pub passes: Passes,
     receiver_count: u32,
     spread: f32,
-    area_by_product: bool,
 }
 
 impl Projector {
@@ -75,22 +72,20 @@ impl Projector {
         } = *description;
         let capacity = scene.pair_capacity(source);
         let list = SplatList::new(context, scene, capacity, splat_bytes, slots)?;
-        // Bound instead of an environment's pairs.
-        let no_pairs = Buffer::new(context, "no pairs", 0)?;
-        let (patches, lights, pairs) = match &scene.environment.pairs {
-            Some(of) if source == Source::Environment => (&of.patches, &of.lights, &of.pairs),
-            _ => (patches, &scene.lights.buffer, &no_pairs),
-        };
         let mut resources = vec![
-            ("patches", Resource::Buffer(patches)),
-            ("lights", Resource::Buffer(lights)),
-            ("pairs", Resource::Buffer(pairs)),
             ("counts", Resource::Buffer(&list.counts)),
             ("group_counts", Resource::Buffer(&list.group_counts)),
             (description.splats, Resource::Buffer(&list.splats)),
         ];
+        match &scene.environment.pairs {
+            Some(of) if source == Source::Environment => resources.extend([
+                ("patches", Resource::Buffer(&of.patches)),
+                ("lights", Resource::Buffer(&of.lights)),
+                ("pairs", Resource::Buffer(&of.pairs)),
+            ]),
+            _ => resources.push(("patches", Resource::Buffer(patches))),
+        }
         resources.extend(levels.map(|levels| ("coarse", Resource::Buffer(&levels.coarse))));
-        resources.retain(|(name, _)| shader.bindings.iter().any(|binding| binding.name == *name));
         let project = scene.compute(context, shader, &resources)?;
         let splats = [(description.splats, Resource::Buffer(&list.splats))];
         let [vertex, fragment] = description.draw;
@@ -104,7 +99,6 @@ impl Projector {
             passes: description.passes,
             receiver_count: description.receiver_count,
             spread: description.spread,
-            area_by_product: description.area_by_product,
         })
     }
 
@@ -120,8 +114,6 @@ impl Projector {
             spread: self.spread,
             flat_spread: FLAT_SPREAD,
             can_occlude: u32::from(scene.geometry.can_occlude),
-            clustered: u32::from(self.source == Source::Environment),
-            product: u32::from(self.area_by_product),
         };
         recorder.dispatch(&self.project, &push, [batch.pair_count, 1, 1]);
     }

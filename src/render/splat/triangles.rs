@@ -6,7 +6,6 @@ use crate::gpu::{Buffer, Context, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::TriangleSplat;
 use crate::render::lights::Source;
-use crate::render::settings::Area;
 use crate::render::splat::kernel_profiles::SPREAD;
 use crate::render::splat::projector::{Description, Passes, Projector};
 use std::sync::Arc;
@@ -17,7 +16,6 @@ pub fn triangles(
     context: &Arc<Context>,
     scene: &DeviceScene,
     patches: &Buffer,
-    area: Area,
 ) -> Result<Projector> {
     let description = Description {
         shader: &shaders::TRIANGLE_COMP,
@@ -29,7 +27,6 @@ pub fn triangles(
         receiver_count: scene.receivers.planar_count,
         spread: SPREAD,
         levels: None,
-        area_by_product: area == Area::Product,
         passes: Passes {
             work: "triangles",
             project: "project triangles",

@@ -1,0 +1,24 @@
+// Patch clusters, which project environment cells onto planar receivers. The including shader includes
+// planar_receiver.glsl, optics.glsl and flux.glsl.
+
+// Whether a patch cluster is so close to the receiver for its size that it does not act as a pinhole. The limit is on
+// squared size over squared height; 0.1 to 1 gave the same results.
+bool is_close_cluster(Patch patch_, PlanarReceiver receiver) {
+    float height = dot(patch_.position - receiver.origin, receiver.normal);
+    float square = dot(patch_.edge1, patch_.edge1) + dot(patch_.edge2, patch_.edge2);
+    return height > 0.0 && square > 0.3 * height * height;
+}
+
+// Root of the covariance of a cluster's image in texels, for light from the direction s that meets the receiver along r
+// at `path`, m. Derivatives at the centroid, because rays from the ends of a large patch may miss the plane.
+mat2 cluster_image(Patch patch_, vec3 s, vec3 normal, float eta, PlanarReceiver receiver, vec3 r, float path) {
+    mat2 root;
+    for (int i = 0; i < 2; i++) {
+        vec2 st = AXES[i];
+        vec3 normal_change = normalize_change(patch_.normal, st.x * patch_.normal_du + st.y * patch_.normal_dv);
+        vec3 change = st.x * patch_.edge1 + st.y * patch_.edge2
+            + path * outgoing_change(s, normal, vec3(0.0), normal_change, eta);
+        root[i] = landing_change(receiver, r, change);
+    }
+    return root;
+}
