@@ -56,7 +56,7 @@ fn mesh<'a>(scene: &'a Scene, name: &str) -> &'a Mesh {
 fn rect(scene: &Scene, name: &str) -> (Rect, [u32; 2]) {
     let index = scene.object_index(name).unwrap();
     let (_, rect, texels) = scene
-        .receivers()
+        .planar_receivers()
         .find(|receiver| receiver.0 == index)
         .unwrap();
     (*rect, texels)

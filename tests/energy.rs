@@ -19,7 +19,7 @@ const REFERENCE_WIDTH: u32 = 64;
 const FAINT: f64 = 1e-3;
 
 fn receivers(scene: &Scene) -> Vec<(String, [u32; 2])> {
-    (scene.receivers())
+    (scene.planar_receivers())
         .map(|(index, _, texels)| (scene.objects[index].name.clone(), texels))
         .collect()
 }

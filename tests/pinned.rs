@@ -69,7 +69,7 @@ fn light_maps_keep_their_bits() {
         let loaded = scene::load(&file).unwrap().scene;
         for (kind, samples, width) in METHODS {
             let scene = small(loaded.clone(), width);
-            let is_mesh = scene.curved_receivers().next().is_some();
+            let is_mesh = scene.mesh_receivers().next().is_some();
             if kind == Method::Beams && is_mesh {
                 continue;
             }

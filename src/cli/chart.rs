@@ -217,7 +217,7 @@ fn charted_scenes() -> Result<Vec<PathBuf>> {
 }
 
 fn find_receiver(file: &Path, scene: &Scene, name: Option<&str>) -> Result<usize> {
-    let receivers: Vec<usize> = scene.receivers().map(|(index, ..)| index).collect();
+    let receivers: Vec<usize> = scene.planar_receivers().map(|(index, ..)| index).collect();
     let name_of = |&index: &usize| scene.objects[index].name.as_str();
     let found = match name {
         None => receivers.first(),

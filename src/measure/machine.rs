@@ -1,5 +1,7 @@
 //! When and on what something was measured.
 
+use sysinfo::{CpuRefreshKind, System};
+
 /// Now, UTC, as ISO 8601.
 pub fn date() -> String {
     format!("{:.0}", jiff::Timestamp::now())
@@ -10,12 +12,12 @@ pub fn commit() -> Option<String> {
     option_env!("NEPHROID_COMMIT").map(Into::into)
 }
 
-/// Model name of the CPU, as Linux tells it; elsewhere its architecture.
+/// Model name of the CPU; its architecture where the system does not tell.
 pub fn cpu() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find_map(|line| {
-        let (key, value) = line.split_once(':')?;
-        (key.trim() == "model name").then(|| value.trim().to_owned())
+    let model = System::new().ok().and_then(|mut system| {
+        system.refresh_cpu_list(CpuRefreshKind::nothing());
+        let brand = system.cpus().first()?.brand().trim().to_owned();
+        (!brand.is_empty()).then_some(brand)
     });
     model.unwrap_or_else(|| std::env::consts::ARCH.into())
 }

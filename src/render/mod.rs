@@ -13,7 +13,9 @@ mod dispatch;
 mod environment;
 mod frame;
 mod geometry;
-mod gpu_types;
+/// For tests of single passes.
+#[doc(hidden)]
+pub mod gpu_types;
 mod lights;
 mod materials;
 mod methods;

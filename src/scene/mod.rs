@@ -437,7 +437,7 @@ impl Scene {
     }
 
     /// The meshes that carry a light map, as (index, mesh, texels).
-    pub fn curved_receivers(&self) -> impl Iterator<Item = (usize, &Arc<Mesh>, [u32; 2])> {
+    pub fn mesh_receivers(&self) -> impl Iterator<Item = (usize, &Arc<Mesh>, [u32; 2])> {
         (self.objects.iter().enumerate()).filter_map(|(index, object)| {
             match (&object.geometry, object.light_map) {
                 (Geometry::Mesh(mesh), Some(texels)) => Some((index, mesh, texels)),
@@ -448,15 +448,15 @@ impl Scene {
 
     /// Indices and texels of all objects that carry a light map, in their order.
     pub fn light_maps(&self) -> Vec<(usize, [u32; 2])> {
-        let flat = (self.receivers()).map(|(index, _, texels)| (index, texels));
-        let curved = (self.curved_receivers()).map(|(index, _, texels)| (index, texels));
-        let mut all: Vec<_> = flat.chain(curved).collect();
+        let planar = (self.planar_receivers()).map(|(index, _, texels)| (index, texels));
+        let meshes = (self.mesh_receivers()).map(|(index, _, texels)| (index, texels));
+        let mut all: Vec<_> = planar.chain(meshes).collect();
         all.sort_unstable();
         all
     }
 
     /// The rects that carry a light map, as (index, rect, texels).
-    pub fn receivers(&self) -> impl Iterator<Item = (usize, &Rect, [u32; 2])> {
+    pub fn planar_receivers(&self) -> impl Iterator<Item = (usize, &Rect, [u32; 2])> {
         self.objects
             .iter()
             .enumerate()

@@ -11,6 +11,8 @@ use crate::render::receivers::mesh::{MeshReceiverData, mesh_receiver_data, node_
 use crate::render::receivers::tile::Tile;
 use crate::scene::{Atlas, Scene};
 use glam::DVec3;
+use guillotiere::SimpleAtlasAllocator;
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 pub struct DeviceReceivers {
@@ -38,7 +40,7 @@ impl DeviceReceivers {
     /// memory is insufficient.
     pub fn new(context: &Arc<Context>, scene: &Scene, atlases: Vec<Option<Atlas>>) -> Result<Self> {
         let (tiles, image_size) = pack(scene, context.max_image_side())?;
-        let planar_count = scene.receivers().count();
+        let planar_count = scene.planar_receivers().count();
         let meshes = &tiles[planar_count..];
         let texels: u64 = (meshes.iter()).map(|tile| texel_count(tile.size)).sum();
         let nodes: u64 = meshes.iter().map(|tile| node_count(tile.size)).sum();
@@ -169,56 +171,79 @@ fn padded(size: [u32; 2]) -> [u32; 2] {
     }
 }
 
-/// Packs the receivers' light maps in columns.
+/// Packs the receivers' light maps into one image of at most `max_side` texels a side. Planar receivers come first.
 fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
-    let mut tiles: Vec<Tile> = Vec::new();
-    let (mut x, mut y, mut width, mut height) = (0, 0, 0, 0);
     let planar = scene
-        .receivers()
+        .planar_receivers()
         .map(|(object, _, size)| (object, size, padded(size)));
     let meshes = scene
-        .curved_receivers()
+        .mesh_receivers()
         .map(|(object, _, size)| (object, size, size));
-    for (object, size, padded) in planar.chain(meshes) {
-        if padded.iter().any(|side| *side > max_side) {
-            return Err(Error::Usage {
-                reason: format!(
-                    "a light map of {}×{} texels is too large for the device",
-                    size[0], size[1]
-                ),
-                remedy: format!("ask for at most {} texels a side", max_side / 3 * 2 - 2),
-            });
-        }
-        if y + padded[1] > max_side {
-            (x, y) = (width, 0);
-        }
-        tiles.push(Tile {
-            object,
-            origin: [x, y],
-            size,
-        });
-        y += padded[1];
-        width = width.max(x + padded[0]);
-        height = height.max(y);
-    }
-    if tiles.is_empty() {
+    let maps: Vec<(usize, [u32; 2], [u32; 2])> = planar.chain(meshes).collect();
+    if maps.is_empty() {
         return Err(Error::Usage {
             reason: "no object of the scene has a light map".into(),
             remedy: "give a diffuse rect or mesh the key `lightmap = [256, 256]`".into(),
         });
     }
-    if width > max_side {
+    if let Some((_, [width, height], _)) =
+        (maps.iter()).find(|(_, _, padded)| padded.iter().any(|&side| side > max_side))
+    {
         return Err(Error::Usage {
-            reason: format!("all light maps together do not fit into {max_side}×{max_side} texels"),
-            remedy: "ask for smaller light maps".into(),
+            reason: format!("a light map of {width}×{height} texels is too large for the device"),
+            remedy: format!("ask for at most {} texels a side", max_side / 3 * 2 - 2),
         });
     }
-    Ok((tiles, [width, height]))
+    let sizes: Vec<[u32; 2]> = maps.iter().map(|&(_, _, padded)| padded).collect();
+    let area: u64 = sizes.iter().map(|&size| texel_count(size)).sum();
+    let widest = sizes.iter().flatten().copied().max().unwrap_or(1);
+    let mut side = widest.max(area.isqrt().min(max_side.into()) as u32);
+    let origins = loop {
+        match packed(&sizes, side) {
+            Some(origins) => break origins,
+            None if side == max_side => {
+                return Err(Error::Usage {
+                    reason: format!(
+                        "all light maps together do not fit into {max_side}×{max_side} texels"
+                    ),
+                    remedy: "ask for smaller light maps".into(),
+                });
+            }
+            None => side = (side + side.div_ceil(8)).min(max_side),
+        }
+    };
+    let tiles = (maps.iter().zip(&origins))
+        .map(|(&(object, size, _), &origin)| Tile {
+            object,
+            origin,
+            size,
+        })
+        .collect();
+    let end = |axis: usize| {
+        let ends = (origins.iter().zip(&sizes)).map(|(origin, size)| origin[axis] + size[axis]);
+        ends.max().unwrap_or(1)
+    };
+    Ok((tiles, [end(0), end(1)]))
+}
+
+/// Origins of rectangles of these sizes, none of which overlap, in a square, if they fit. The largest one is placed
+/// first.
+fn packed(sizes: &[[u32; 2]], side: u32) -> Option<Vec<[u32; 2]>> {
+    let signed = |[width, height]: [u32; 2]| guillotiere::size2(width as i32, height as i32);
+    let mut square = SimpleAtlasAllocator::new(signed([side; 2]));
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by_key(|&index| Reverse(sizes[index].iter().copied().max()));
+    let mut origins = vec![[0; 2]; sizes.len()];
+    for index in order {
+        let place = square.allocate(signed(sizes[index]))?;
+        origins[index] = [place.min.x as u32, place.min.y as u32];
+    }
+    Some(origins)
 }
 
 fn planar(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<PlanarReceiver> {
     scene
-        .receivers()
+        .planar_receivers()
         .zip(tiles)
         .map(|((_, rect, _), tile)| PlanarReceiver {
             origin: (rect.origin - origin).as_vec3(),
@@ -231,4 +256,30 @@ fn planar(scene: &Scene, tiles: &[Tile], origin: DVec3) -> Vec<PlanarReceiver> {
             height: tile.size[1],
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light maps of mixed sizes do not overlap, lie in the square, and fill most of it.
+    #[test]
+    fn rectangles_are_packed() {
+        let sizes: Vec<[u32; 2]> = (0..60_u32)
+            .map(|i| [17 + i * i * 37 % 400, 9 + i * 91 % 250])
+            .collect();
+        let area: u64 = sizes.iter().map(|&size| texel_count(size)).sum();
+        assert!(packed(&sizes, area.isqrt() as u32 - 1).is_none());
+        let side = (1.2 * (area as f64).sqrt()) as u32;
+        let origins = packed(&sizes, side).unwrap();
+        let mut seen = vec![false; (side * side) as usize];
+        for ([x, y], [width, height]) in origins.into_iter().zip(sizes) {
+            for row in y..y + height {
+                for texel in &mut seen[(row * side + x) as usize..][..width as usize] {
+                    assert!(!std::mem::replace(texel, true));
+                }
+            }
+            assert!(x + width <= side && y + height <= side);
+        }
+    }
 }

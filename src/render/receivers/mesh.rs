@@ -28,7 +28,7 @@ pub struct MeshReceiverData {
 /// [`Error::Usage`] where a mesh cannot be laid out.
 pub fn atlases(scene: &Scene) -> Result<Vec<Option<Atlas>>> {
     let mut atlases = vec![None; scene.objects.len()];
-    for (index, _, size) in scene.curved_receivers() {
+    for (index, _, size) in scene.mesh_receivers() {
         let found = Atlas::of(&scene.objects[index], size);
         atlases[index] = Some(found.map_err(NoLayout::into_error)?.0);
     }
@@ -44,7 +44,7 @@ pub fn mesh_receiver_data(
     store: &TriangleStore,
 ) -> Result<MeshReceiverData> {
     let mut all = MeshReceiverData::default();
-    for ((object, mesh, size), tile) in scene.curved_receivers().zip(tiles) {
+    for ((object, mesh, size), tile) in scene.mesh_receivers().zip(tiles) {
         let atlas = atlases[object].as_ref().expect("laid out");
         let mesh_texels = MeshTexels::new(atlas, mesh, store.origin);
         let levels = levels(size);
