@@ -285,10 +285,9 @@ fn an_environment_cell_is_imaged() {
     // Mirrored at x = 0, ahead stays +x, east +z turns to −z, and up to down. Each is evaluated at δ texels from the
     // foot as a·(δ, 1), the texel's direction over the height.
     assert_close3(image.ahead, vec3(1.0 / 16.0, 0.0, 0.0));
-    assert_close3(
-        image.east,
-        vec3(0.0, -1.0 / (16.0 * half_azimuth.tan()), 0.0),
-    );
+    // Vulkan grants sin and cos an error of 2⁻¹¹.
+    let east = vec3(0.0, -1.0 / (16.0 * half_azimuth.tan()), 0.0);
+    assert!(image.east.abs_diff_eq(east, 1e-3), "{}", image.east);
     assert_close3(image.up, vec3(0.0, 0.0, 1.0 / half_sine));
     assert_close3(image.cosine, vec3(1.0 / 16.0, 0.0, 0.0));
     assert_relative_eq!(image.sine, FRAC_1_SQRT_2 / half_sine, max_relative = 1e-5);

@@ -6,11 +6,11 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{
     Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
 };
-use nephroid::gpu::{Context, External};
+use nephroid::gpu::{Context, External, Messages};
 use nephroid::render::{Frame, MapImage, Output, Renderer, Settings};
 use nephroid::scene::{Geometry, Rect, Scene, Similarity};
 use std::error::Error;
-use std::ffi::{CStr, c_void};
+use std::ffi::CStr;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -61,9 +61,9 @@ pub fn scene() -> Result<Scene> {
 /// Renders `frames` frames and reads the last one back.
 pub fn render(size: [u32; 2], frames: u32, validate: bool) -> Result<Rendered> {
     let still = scene()?;
-    let mut messages = Box::<Mutex<Vec<String>>>::default();
+    let messages = Messages::default();
     let (picture, light_map, record_seconds) = {
-        let host = Host::new(validate.then_some(&mut *messages))?;
+        let host = Host::new(validate.then_some(&messages))?;
         // SAFETY: the handles are the host's, made with what the requirements name, and the renderer goes before them.
         let context = unsafe { Context::from_raw(host.external()) }?;
         let settings = Settings {
@@ -73,11 +73,10 @@ pub fn render(size: [u32; 2], frames: u32, validate: bool) -> Result<Rendered> {
         let mut renderer = Renderer::new(&context, &scene_at(&still, 0), &settings)?;
         host.run(&mut renderer, &still, size, frames)?
     };
-    let messages = messages.into_inner()?;
     Ok(Rendered {
         picture,
         light_map,
-        messages,
+        messages: messages.take(),
         record_seconds,
     })
 }
@@ -128,25 +127,9 @@ struct Host {
     entry: ash::Entry,
 }
 
-unsafe extern "system" fn listen(
-    _: vk::DebugUtilsMessageSeverityFlagsEXT,
-    _: vk::DebugUtilsMessageTypeFlagsEXT,
-    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
-    messages: *mut c_void,
-) -> vk::Bool32 {
-    // SAFETY: the layer passes a valid message, and the messenger's list outlives it.
-    unsafe {
-        let messages = &*messages.cast::<Mutex<Vec<String>>>();
-        if let (Ok(mut messages), Some(text)) = (messages.lock(), (*data).message_as_c_str()) {
-            messages.push(text.to_string_lossy().into_owned());
-        }
-    }
-    vk::FALSE
-}
-
 impl Host {
-    /// With the validation layers where their messages are wanted.
-    fn new(messages: Option<&mut Mutex<Vec<String>>>) -> Result<Self> {
+    /// With the validation layers where their messages are wanted; `messages` outlives the host.
+    fn new(messages: Option<&Messages>) -> Result<Self> {
         let needed = Context::requirements();
         // SAFETY: all create-infos are valid for the calls that they are passed to.
         unsafe {
@@ -173,13 +156,7 @@ impl Host {
                 None => None,
                 Some(messages) => {
                     let utils = ext::debug_utils::Instance::new(&entry, &instance);
-                    let severe = vk::DebugUtilsMessageSeverityFlagsEXT::ERROR
-                        | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING;
-                    let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
-                        .message_severity(severe)
-                        .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
-                        .pfn_user_callback(Some(listen))
-                        .user_data(std::ptr::from_mut(messages).cast());
+                    let info = messages.messenger_info();
                     let messenger = utils.create_debug_utils_messenger(&info, None)?;
                     Some((utils, messenger))
                 }

@@ -40,8 +40,8 @@ impl Messages {
         std::mem::take(&mut self.0.lock().expect("no panic while held"))
     }
 
-    /// Create-info for a messenger that writes here; `self` must outlive the messenger.
-    pub(super) fn messenger_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'_> {
+    /// Create-info for a messenger that writes here, also of a host; `self` must outlive the messenger.
+    pub fn messenger_info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'_> {
         use vk::{
             DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type,
         };
