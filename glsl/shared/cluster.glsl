@@ -2,7 +2,8 @@
 // planar_receiver.glsl, optics.glsl and flux.glsl.
 
 // Whether a patch cluster is so close to the receiver for its size that it does not act as a pinhole. The limit is on
-// squared size over squared height; 0.1 to 1 gave the same results.
+// squared size over squared height: with 1, clusters at a wall that stands on the caster lose 5 % of their light; with
+// 0.1, a flat mirror has 1.5 times the L1.
 bool is_close_cluster(Patch patch_, PlanarReceiver receiver) {
     float height = dot(patch_.position - receiver.origin, receiver.normal);
     float square = dot(patch_.edge1, patch_.edge1) + dot(patch_.edge2, patch_.edge2);

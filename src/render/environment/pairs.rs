@@ -15,7 +15,7 @@ use crate::render::geometry::device::DeviceGeometry;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::Light;
 use crate::render::lights::{EnvironmentLight, MAX_ENVIRONMENT_SUNS};
-use crate::render::patches::clusters::{CLUSTERINGS, PatchClusters, Selection};
+use crate::render::patches::clusters::{PatchClusters, Selection};
 use crate::render::settings::Settings;
 use crate::scene::{Geometry, Object, Scene, memory};
 use glam::{DVec3, UVec2, Vec3};
@@ -105,10 +105,9 @@ impl CellPatchPairs {
             .chain([max_cells])
             .collect();
         let (sizes, variances): (Vec<usize>, Vec<f64>) = {
-            let clusters = PatchClusters::new(scene, store, &counts, 1, distance);
-            let size = |level| clusters.count([level, 0]);
-            let variances = clusters.variances(store, distance);
-            ((0..counts.len()).map(size).collect(), variances)
+            let clusters = PatchClusters::new(scene, store, &counts, distance);
+            let sizes = (0..counts.len()).map(|level| clusters.count(level));
+            (sizes.collect(), clusters.variances(store, distance))
         };
         let finest = (variances[variances.len() - 1] / (distance * distance)).min(MAX_SUN_VARIANCE);
         let subdivision = subdivide(environment.map, &cell_counts);
@@ -124,30 +123,23 @@ impl CellPatchPairs {
             (rects.iter()).map(|rect| subdivision.cell(rect)).collect()
         };
         let (suns, cells) = (cells_of(&suns), cells_of(&rects));
-        // The same levels, up to the finest in use, in all clusterings.
+        // The levels up to the finest in use.
         let used = chosen.levels.iter().max().map_or(0, |finest| finest + 1);
-        let clusters = PatchClusters::new(scene, store, &counts[..used], CLUSTERINGS, distance);
-        let mut sets: Vec<[usize; 2]> = Vec::new();
+        let clusters = PatchClusters::new(scene, store, &counts[..used], distance);
+        let mut levels = Vec::new();
         let mut pairs = Vec::new();
         let mut first_patch = 0;
-        for level in 0..used {
-            let members: Vec<usize> = (0..cells.len())
-                .filter(|&cell| chosen.levels[cell] == level)
-                .collect();
-            for clustering in 0..CLUSTERINGS.min(members.len()) {
-                let patches = clusters.count([level, clustering]) as u32;
-                // Neighbouring cells use different clusterings.
-                for &cell in members.iter().skip(clustering).step_by(CLUSTERINGS) {
-                    let of_cell =
-                        (0..patches).map(|patch| UVec2::new(first_patch + patch, cell as u32));
-                    pairs.extend(of_cell);
-                }
-                sets.push([level, clustering]);
-                first_patch += patches;
+        for level in (0..used).filter(|level| chosen.levels.contains(level)) {
+            let patches = clusters.count(level) as u32;
+            for cell in (0..cells.len()).filter(|&cell| chosen.levels[cell] == level) {
+                let of_cell = first_patch..first_patch + patches;
+                pairs.extend(of_cell.map(|patch| UVec2::new(patch, cell as u32)));
             }
+            levels.push(level);
+            first_patch += patches;
         }
         let lights = lights_of(&cells, environment);
-        let (selection, patches) = clusters.select(store, sets);
+        let (selection, patches) = clusters.select(store, levels);
         let buffer = |name, bytes: usize| Buffer::new(context, name, bytes as u64);
         let new = Self {
             lights: buffer("environment cells", size_of_val(&*lights))?,

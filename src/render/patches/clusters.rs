@@ -1,8 +1,5 @@
 //! Patch clusters for light from all directions: few patches, each merged from many subtriangles of a caster.
 //!
-//! Subtriangles are merged in several rotated clusterings. The sum of one clustering's footprints is slightly uneven.
-//! Neighbouring environment cells use different clusterings, which evens out the total.
-//!
 //! The assignment of subtriangles to clusters is fixed; their positions and normals are updated in every frame.
 
 use crate::math::covariance_root;
@@ -10,23 +7,16 @@ use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{Normals, Patch, Triangle};
 use crate::render::patches::kd_tree::{Cells, Moments, Point, split};
 use crate::scene::Scene;
-use glam::{DMat2, DMat3, DQuat, DVec2, DVec3, EulerRot};
+use glam::{DMat2, DMat3, DVec2, DVec3};
 use rayon::prelude::*;
-use std::cmp::Reverse;
-use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Subtriangles per patch of the finest level. With 4 the borders of the clusters are rough: the ring of
-/// [`CLUSTERINGS`] has L1 4.4 and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
+/// Subtriangles per patch of the finest level. With 4 the borders of the clusters are rough: the L1 of the ring was 4.4
+/// and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
 const SUBTRIANGLES_PER_PATCH: f64 = 16.0;
 /// Midpoints of a triangle's sides, as coefficients of its edges from the first corner. For functions that are linear
 /// over the triangle, the moments over the midpoints equal the triangle's moments up to the second.
 const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
-
-/// Number of rotated clusterings. Under the dim light of `studio.hdr`, L1 of the ring at 128² was 8.0, 4.6 and 3.1 %
-/// with 4 k, 16 k and 64 k samples for one clustering, 6.6 and 4.2 % (4 k, 16 k) for 4, 6.0, 4.0 and 2.6 % for 16, and
-/// no better for 32.
-pub const CLUSTERINGS: usize = 16;
 
 /// A triangle of the regular subdivision of a caster's triangle.
 struct Subtriangle {
@@ -39,23 +29,23 @@ struct Subtriangle {
     share: f64,
 }
 
-/// Clusterings of all casters into patches, in levels from coarse to fine.
+/// Clusters of all casters' surfaces, in levels from coarse to fine.
 pub struct PatchClusters {
     subtriangles: Vec<Subtriangle>,
-    /// Per clustering.
-    cells: Vec<Cells>,
+    cells: Cells,
+}
+
+/// The patches in use.
+pub struct Selection {
+    levels: Vec<usize>,
+    /// Per level and cluster: the subtriangle nearest to the cluster's centroid, where rays start.
+    centres: Vec<Vec<u32>>,
 }
 
 impl PatchClusters {
-    /// Clusters the casters' surfaces into levels of `counts` patches, increasing, in `clusterings` rotated
-    /// clusterings. `distance`, m, is the typical distance that light travels to the receivers.
-    pub fn new(
-        scene: &Scene,
-        store: &TriangleStore,
-        counts: &[usize],
-        clusterings: usize,
-        distance: f64,
-    ) -> Self {
+    /// Clusters the casters' surfaces into levels of `counts` patches, increasing. `distance`, m, is the typical
+    /// distance that light travels to the receivers.
+    pub fn new(scene: &Scene, store: &TriangleStore, counts: &[usize], distance: f64) -> Self {
         let objects = || scene.specular_objects().map(|(index, _)| index);
         let area = |place: u32| f64::from(store.triangles[place as usize].area());
         let total: f64 = objects()
@@ -77,10 +67,7 @@ impl PatchClusters {
             roots.push(first..subtriangles.len());
         }
         let sums = sums_of_subtriangles(&subtriangles, store);
-        let cells = (0..clusterings)
-            .into_par_iter()
-            .map(|clustering| split(&points(&sums, clustering, distance), &roots, counts))
-            .collect();
+        let cells = split(&points(&sums, distance), &roots, counts);
         Self {
             subtriangles,
             cells,
@@ -91,8 +78,8 @@ impl PatchClusters {
     pub fn variances(&self, store: &TriangleStore, distance: f64) -> Vec<f64> {
         let sums = sums_of_subtriangles(&self.subtriangles, store);
         let total: f64 = sums.iter().map(|sums| sums.area).sum();
-        let points = points(&sums, 0, distance);
-        let cells = &self.cells[0];
+        let points = points(&sums, distance);
+        let cells = &self.cells;
         let variance = |level: &Vec<Range<usize>>| -> f64 {
             let moments =
                 (level.iter()).map(|cell| Moments::of(cells.points(cell).map(|i| &points[i])));
@@ -101,39 +88,36 @@ impl PatchClusters {
         cells.levels.iter().map(variance).collect()
     }
 
-    /// Number of patches in a level of a clustering.
-    pub fn count(&self, [level, clustering]: [usize; 2]) -> usize {
-        self.cells[clustering].levels[level].len()
+    /// Number of patches in a level.
+    pub fn count(&self, level: usize) -> usize {
+        self.cells.levels[level].len()
     }
 
-    /// Selects the patches of some [level, clustering] sets, concatenated in this order, and returns them.
-    pub fn select(&self, store: &TriangleStore, sets: Vec<[usize; 2]>) -> (Selection, Vec<Patch>) {
+    /// Selects the patches of some levels, increasing, concatenated in this order, and returns them.
+    pub fn select(&self, store: &TriangleStore, levels: Vec<usize>) -> (Selection, Vec<Patch>) {
         let sums = sums_of_subtriangles(&self.subtriangles, store);
-        let all = self.sums_of(&sums, &sets);
-        let centre = |cells: &Cells, cell: &Range<usize>, all: &Sums| {
+        let all = self.sums_of(&sums, &levels);
+        let centre = |cell: &Range<usize>, all: &Sums| {
             let centre = all.x / all.area;
             let far = |&i: &usize| (sums[i].x / sums[i].area).distance_squared(centre);
-            let nearest = cells.points(cell).min_by(|a, b| far(a).total_cmp(&far(b)));
+            let nearest = (self.cells.points(cell)).min_by(|a, b| far(a).total_cmp(&far(b)));
             nearest.expect("no cell is empty") as u32
         };
-        let centres = (sets.par_iter().zip(&all))
-            .map(|(&[level, clustering], all)| {
-                let cells = &self.cells[clustering];
-                let of_set = cells.levels[level].iter().zip(all);
-                of_set.map(|(cell, all)| centre(cells, cell, all)).collect()
+        let centres = (levels.par_iter().zip(&all))
+            .map(|(&level, all)| {
+                let of_level = self.cells.levels[level].iter().zip(all);
+                of_level.map(|(cell, all)| centre(cell, all)).collect()
             })
             .collect();
-        let selection = Selection { sets, centres };
+        let selection = Selection { levels, centres };
         let patches = self.patches_from(&all, store, &selection);
         (selection, patches)
     }
 
     /// The selected patches for the present shape of the surfaces.
     pub fn patches(&self, store: &TriangleStore, selection: &Selection) -> Vec<Patch> {
-        let all = self.sums_of(
-            &sums_of_subtriangles(&self.subtriangles, store),
-            &selection.sets,
-        );
+        let sums = sums_of_subtriangles(&self.subtriangles, store);
+        let all = self.sums_of(&sums, &selection.levels);
         self.patches_from(&all, store, selection)
     }
 
@@ -143,49 +127,28 @@ impl PatchClusters {
         store: &TriangleStore,
         selection: &Selection,
     ) -> Vec<Patch> {
-        let patches: Vec<Vec<Patch>> = (all.par_iter().zip(&selection.centres))
-            .map(|(all, centres)| {
-                (all.iter().zip(centres))
-                    .map(|(all, &centre)| all.patch(&self.subtriangles[centre as usize], store))
-                    .collect()
-            })
-            .collect();
-        patches.concat()
+        let clusters =
+            (all.iter().zip(&selection.centres)).flat_map(|(all, at)| all.iter().zip(at));
+        (clusters.collect::<Vec<_>>().into_par_iter())
+            .map(|(all, &centre)| all.patch(&self.subtriangles[centre as usize], store))
+            .collect()
     }
 
-    /// Per set, the sums over the subtriangles of each cluster.
-    fn sums_of(&self, sums: &[Sums], sets: &[[usize; 2]]) -> Vec<Vec<Sums>> {
-        let mut all = vec![Vec::new(); sets.len()];
-        let by_clustering: Vec<Vec<(usize, Vec<Sums>)>> = (0..self.cells.len())
-            .into_par_iter()
-            .map(|clustering| {
-                let mut own_sets: Vec<usize> = (0..sets.len())
-                    .filter(|&k| sets[k][1] == clustering)
-                    .collect();
-                own_sets.sort_by_key(|&set| Reverse(sets[set][0]));
-                let levels = &self.cells[clustering].levels;
-                let mut found: Vec<(usize, Vec<Sums>)> = Vec::new();
-                for set in own_sets {
-                    let level = &levels[sets[set][0]];
-                    let of_set = match found.last() {
-                        // A finer level's clusters subdivide these clusters.
-                        Some((finer, sums)) => aggregate(level, &levels[sets[*finer][0]], sums),
-                        None => (level.iter())
-                            .map(|cell| {
-                                let subtriangles = self.cells[clustering].points(cell);
-                                Sums::of(subtriangles.map(|subtriangle| &sums[subtriangle]))
-                            })
-                            .collect(),
-                    };
-                    found.push((set, of_set));
-                }
-                found
-            })
-            .collect();
-        for (set, sums) in by_clustering.into_iter().flatten() {
-            all[set] = sums;
+    /// Per level, the sums over the subtriangles of each cluster.
+    fn sums_of(&self, sums: &[Sums], levels: &[usize]) -> Vec<Vec<Sums>> {
+        let cells = |level: usize| &self.cells.levels[level];
+        let mut found: Vec<Vec<Sums>> = Vec::new();
+        for (k, &level) in levels.iter().enumerate().rev() {
+            found.push(match found.last() {
+                // A finer level's clusters subdivide these clusters.
+                Some(finer) => aggregate(cells(level), cells(levels[k + 1]), finer),
+                None => (cells(level).par_iter())
+                    .map(|cell| Sums::of(self.cells.points(cell).map(|i| &sums[i])))
+                    .collect(),
+            });
         }
-        all
+        found.reverse();
+        found
     }
 }
 
@@ -194,14 +157,6 @@ fn sums_of_subtriangles(subtriangles: &[Subtriangle], store: &TriangleStore) -> 
         .par_iter()
         .map(|subtriangle| subtriangle.sums(store))
         .collect()
-}
-
-/// The patches in use.
-pub struct Selection {
-    /// Level and clustering.
-    sets: Vec<[usize; 2]>,
-    /// Per set and cluster: the subtriangle nearest to the cluster's centroid, where rays start.
-    centres: Vec<Vec<u32>>,
 }
 
 /// The sums of `cells` from the sums of the finer cells inside them.
@@ -215,13 +170,12 @@ fn aggregate(cells: &[Range<usize>], finer: &[Range<usize>], sums: &[Sums]) -> V
         .collect()
 }
 
-/// Position of each subtriangle and deflection of its light, in the axes of a clustering.
-fn points(sums: &[Sums], clustering: usize, distance: f64) -> Vec<Point<6>> {
-    let rotation = rotation_of(clustering);
+/// Position of each subtriangle and deflection of its light.
+fn points(sums: &[Sums], distance: f64) -> Vec<Point<6>> {
     (sums.iter())
         .map(|sums| {
             let (x, n) = match sums.area > 0.0 {
-                true => (rotation * sums.x / sums.area, rotation * sums.n / sums.area),
+                true => (sums.x / sums.area, sums.n / sums.area),
                 false => (DVec3::ZERO, DVec3::ZERO),
             };
             // Reflected light turns by twice the change of the normal.
@@ -232,17 +186,6 @@ fn points(sums: &[Sums], clustering: usize, distance: f64) -> Vec<Point<6>> {
             }
         })
         .collect()
-}
-
-/// The axes of a clustering: the scene's axes for the first one, rotated axes for the others.
-fn rotation_of(clustering: usize) -> DQuat {
-    let (golden_angle, tilt) = (PI * (3.0 - 5f64.sqrt()), 0.7);
-    DQuat::from_euler(
-        EulerRot::YXZ,
-        golden_angle * clustering as f64,
-        tilt * clustering as f64,
-        0.0,
-    )
 }
 
 /// Divides a triangle into n² subtriangles.
