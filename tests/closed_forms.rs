@@ -10,13 +10,14 @@ use common::closed_forms::{
 use common::{Device, accuracy, assert_error, assert_physical, flux, load, method, rect};
 use nephroid::render::{Method, Settings};
 
-/// Every figure of the form's cases is within what is asked of it, and is not in its twins.
+/// Every figure of the form's cases is within what is asked of it and what the document says, and is not in its twins.
 fn check(form: &Form, by_reference: bool) {
     let cases: Vec<_> = (CASES.iter())
         .filter(|case| std::ptr::eq(case.form, form))
         .filter(|case| matches!(case.solver, Solver::Reference(_)) == by_reference)
         .collect();
     assert!(!cases.is_empty());
+    let document = std::fs::read_to_string(accuracy::path()).unwrap();
     for case in cases {
         let scene = (case.scene)();
         let map = case.map(scene.clone(), Device::open);
@@ -24,6 +25,7 @@ fn check(form: &Form, by_reference: bool) {
         for asked in case.asked {
             let what = [form.title, case.scene_text, asked.figure.name].join(", ");
             let error = (asked.figure.error)(&scene, &map);
+            accuracy::assert_documented(&document, case, asked, error);
             assert!(!asked.twins.is_empty());
             for twin in asked.twins {
                 let twin = case.map(twin(scene.clone()), Device::open);

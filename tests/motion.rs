@@ -251,3 +251,26 @@ fn a_turning_ring_does_not_flicker() {
     // Half a per cent a frame is asked for; with that, even the jumping ones would pass.
     assert_error("flicker of a turning ring", 0.0035, steady, jumping);
 }
+
+/// A ring that turns about its own axis under two windows stays the same, so whatever changes flickers.
+#[test]
+fn a_turning_ring_does_not_flicker_under_windows() {
+    let device = Device::open();
+    let mut still = ring();
+    still.lights = load("table.toml").lights;
+    let samples = 16_384;
+    let mut renderer = device.renderer(&still, &footprint(samples));
+    let first = floor_of(&mut renderer, &still);
+    let [mut steady, mut jumping] = [(); 2].map(|()| SequenceMeter::default());
+    for frame in 0..5 {
+        let scene = moved(still.clone(), "ring", 0.013 * f64::from(frame), DVec3::ZERO);
+        renderer.update(&scene).unwrap();
+        let map = floor_of(&mut renderer, &scene);
+        steady.push(map, first.clone()).unwrap();
+        let other = footprint(samples >> (4 * (frame % 2)));
+        let map = device.caustic(&scene, "floor", &other);
+        jumping.push(map, first.clone()).unwrap();
+    }
+    let [steady, jumping] = [steady, jumping].map(|meter| meter.finish().flicker.unwrap());
+    assert_error("flicker under windows", 0.01, steady, jumping);
+}

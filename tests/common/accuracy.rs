@@ -68,6 +68,32 @@ pub fn document(run: &Run, reached: &[String]) -> String {
     text + CLOSING
 }
 
+/// Fails unless a figure that was just measured is the one in `text`, to a tenth: devices and compilers round differently.
+pub fn assert_documented(text: &str, case: &Case, asked: &Asked, error: f64) {
+    let found = documented(text, case, asked);
+    let number = |figure: &str| figure.split(' ').next().unwrap_or_default().parse::<f64>();
+    let measured = value(error, asked.figure.unit);
+    let agrees = match (number(&found), number(&measured)) {
+        (Ok(found), Ok(measured)) => (found - measured).abs() <= 0.1 * found.max(measured) + 1e-4,
+        _ => false,
+    };
+    assert!(
+        agrees,
+        "{}{found}, measured {measured}: run make accuracy",
+        row(case, asked)
+    );
+}
+
+/// What the document says was reached.
+fn documented(text: &str, case: &Case, asked: &Asked) -> String {
+    // Rows of one case under another heading would still differ in disagreements().
+    let prefix = row(case, asked);
+    (text.lines())
+        .find_map(|line| line.strip_prefix(&prefix)?.strip_suffix(" |"))
+        .unwrap_or_default()
+        .to_owned()
+}
+
 /// Why `text` is not the document that the code would write on the machine that it names; empty if
 /// it is.
 pub fn disagreements(text: &str) -> Vec<String> {
@@ -94,11 +120,8 @@ pub fn disagreements(text: &str) -> Vec<String> {
     let mut reached = Vec::new();
     for case in CASES {
         for asked in case.asked {
-            // Rows of one case under another heading would still differ below.
             let prefix = row(case, asked);
-            let found = (text.lines())
-                .find_map(|line| line.strip_prefix(&prefix)?.strip_suffix(" |"))
-                .unwrap_or_default();
+            let found = documented(text, case, asked);
             let number = found.split(' ').next().unwrap_or_default();
             let bound = value(asked.bound, asked.figure.unit);
             let bound: f64 = bound.split(' ').next().unwrap().parse().unwrap();
@@ -108,7 +131,7 @@ pub fn disagreements(text: &str) -> Vec<String> {
             {
                 wrong.push(format!("{prefix}`{found}` is not within what is asked"));
             }
-            reached.push(found.to_owned());
+            reached.push(found);
         }
     }
     let expected = document(&run, &reached);
