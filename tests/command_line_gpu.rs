@@ -93,8 +93,8 @@ fn bad_options_exit_with_2_and_write_nothing() {
             ("--samples=0", "--samples"),
             ("--samples=-5", "--samples"),
             ("--samples=9999999999", "--samples"),
-            ("--sky-parts=7", "--sky-parts"),
-            ("--sky-images=0", "--sky-images"),
+            ("--environment-cells=7", "--environment-cells"),
+            ("--environment-images=0", "--environment-images"),
             ("--lightmap=0", "8192"),
             ("--lightmap=100000", "8192"),
             ("--epsilon=-1", "--epsilon"),
@@ -110,7 +110,7 @@ fn bad_options_exit_with_2_and_write_nothing() {
                 .arg("-o")
                 .arg(&output),
             2,
-            &["images of parts of the sky", "GiB", "remedy"],
+            &["images of environment cells", "GiB", "remedy"],
         );
         let missing = folder
             .path()

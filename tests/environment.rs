@@ -71,15 +71,15 @@ fn windows_on_the_ring() {
     );
 }
 
-/// Many images of few samples are few of many, and parts of the sky count.
+/// Many images of few samples are few of many, and the number of environment cells counts.
 #[test]
-fn images_and_parts_are_settings() {
+fn images_and_cells_are_settings() {
     let scene = under(ring(), load("table.toml").lights[0].kind.clone());
     let device = Device::open();
-    let map = |samples, sky_images, sky_parts| {
+    let map = |samples, environment_images, environment_cells| {
         let settings = Settings {
-            sky_images,
-            sky_parts,
+            environment_images,
+            environment_cells,
             ..footprint(samples)
         };
         device.caustic(&scene, "floor", &settings)

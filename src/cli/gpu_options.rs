@@ -39,14 +39,14 @@ pub struct GpuOptions {
     #[arg(long)]
     lightmap: Option<LightMapSize>,
     /// footprint: maximum number of environment cells (at least 8)
-    #[arg(long, default_value_t = Settings::default().sky_parts,
+    #[arg(long, default_value_t = Settings::default().environment_cells,
           value_parser = clap::value_parser!(u32).range(8..=1_000_000))]
-    sky_parts: u32,
+    environment_cells: u32,
     /// footprint: approximate number of images of environment cells for every sample, times the environment's
     /// share of all light
-    #[arg(long, default_value_t = Settings::default().sky_images,
+    #[arg(long, default_value_t = Settings::default().environment_images,
           value_parser = clap::value_parser!(u32).range(1..=1000))]
-    sky_images: u32,
+    environment_images: u32,
     /// pinhole: ε of the form factor's d² + ε, in squared patch diameters
     #[arg(long, default_value_t = Settings::default().epsilon, value_parser = not_negative)]
     epsilon: f32,
@@ -245,8 +245,8 @@ impl GpuOptions {
         let settings = Settings {
             method: self.method,
             samples: self.samples,
-            sky_parts: self.sky_parts,
-            sky_images: self.sky_images,
+            environment_cells: self.environment_cells,
+            environment_images: self.environment_images,
             epsilon: self.epsilon,
             filter: !self.no_filter,
             area: self.area,

@@ -58,10 +58,10 @@ pub struct Settings {
     /// Number of patches to aim for on the casters' lit triangles (at least one per triangle), or number of points.
     pub samples: u32,
     /// `footprint`: maximum number of environment cells (at least 8).
-    pub sky_parts: u32,
+    pub environment_cells: u32,
     /// `footprint`: pairs of environment cell and patch cluster per sample. The number is scaled by the environment's
     /// share of all light in the first frame.
-    pub sky_images: u32,
+    pub environment_images: u32,
     /// `pinhole`: ε of the form factor's d² + ε, in squared patch diameters.
     pub epsilon: f32,
     /// `pinhole`: whether the light is blurred by the curvature of the patch.
@@ -77,8 +77,8 @@ impl Default for Settings {
         Self {
             method: Method::Footprint,
             samples: 16_384,
-            sky_parts: 4096,
-            sky_images: 4,
+            environment_cells: 4096,
+            environment_images: 4,
             epsilon: 1.0,
             filter: true,
             area: Area::True,

@@ -60,7 +60,7 @@ pub struct CellPatchPairs {
 }
 
 impl CellPatchPairs {
-    /// Chooses about as many pairs as the settings ask for: `sky_images` for every sample, times the environment's
+    /// Chooses about as many pairs as the settings ask for: `environment_images` for every sample, times the environment's
     /// share of the light beside `suns`, so that both are equally accurate.
     ///
     /// # Errors
@@ -81,12 +81,12 @@ impl CellPatchPairs {
             false => WEIGHT_UNOCCLUDED,
         };
         let share = share_of(environment, suns, scene, store.origin).max(MIN_SHARE);
-        let budget =
-            (f64::from(settings.samples) * f64::from(settings.sky_images) * share).ceil() as usize;
-        let what = format!("{budget} images of parts of the sky");
+        let budget = (f64::from(settings.samples) * f64::from(settings.environment_images) * share)
+            .ceil() as usize;
+        let what = format!("{budget} images of environment cells");
         memory::check(&what, PAIR_BYTES * budget as u64).map_err(|reason| Error::Usage {
             reason,
-            remedy: "free some memory, or ask for fewer samples or sky images".into(),
+            remedy: "free some memory, or ask for fewer samples or fewer images for each".into(),
         })?;
         let steps = |first: usize, factor: usize| {
             std::iter::successors(Some(first), move |count| Some(count * factor))
@@ -97,7 +97,7 @@ impl CellPatchPairs {
         let distance = distance(scene);
         // Every object has patches of its own.
         let min_patches = MIN_PATCHES.max(scene.specular_objects().count());
-        let max_cells = (settings.sky_parts as usize)
+        let max_cells = (settings.environment_cells as usize)
             .min(budget / min_patches)
             .max(MIN_CELLS);
         let cell_counts: Vec<usize> = steps(MIN_CELLS, CELL_FACTOR)
