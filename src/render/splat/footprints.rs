@@ -6,7 +6,7 @@ use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::Footprint;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::{CLUSTER_SPREAD, SPREAD};
-use crate::render::splat::projector::{Description, Passes, Projector};
+use crate::render::splat::projector::{Description, Projector, passes};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
 
@@ -26,23 +26,9 @@ pub fn footprints(
         Source::Environment => (
             &shaders::ENVIRONMENT_FOOTPRINT_COMP,
             CLUSTER_SPREAD,
-            Passes {
-                work: "footprints of the environment",
-                project: "project environment footprints",
-                compact: "compact environment footprints",
-                splat: "splat environment footprints",
-            },
+            passes!("environment footprints"),
         ),
-        _ => (
-            &shaders::FOOTPRINT_COMP,
-            SPREAD,
-            Passes {
-                work: "footprints",
-                project: "project footprints",
-                compact: "compact footprints",
-                splat: "splat footprints",
-            },
-        ),
+        _ => (&shaders::FOOTPRINT_COMP, SPREAD, passes!("footprints")),
     };
     let description = Description {
         shader,

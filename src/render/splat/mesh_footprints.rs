@@ -8,7 +8,7 @@ use crate::render::gpu_types::MeshFootprint;
 use crate::render::gpu_types::constants::MESH_FOOTPRINT_SLOTS;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::{CLUSTER_SPREAD, SPREAD};
-use crate::render::splat::projector::{Description, Passes, Projector};
+use crate::render::splat::projector::{Description, Projector, passes};
 use std::sync::Arc;
 
 /// # Errors
@@ -23,22 +23,12 @@ pub fn mesh_footprints(
         Source::Environment => (
             &shaders::ENVIRONMENT_MESH_FOOTPRINT_COMP,
             CLUSTER_SPREAD,
-            Passes {
-                work: "mesh footprints of the environment",
-                project: "project environment mesh footprints",
-                compact: "compact environment mesh footprints",
-                splat: "splat environment mesh footprints",
-            },
+            passes!("environment mesh footprints"),
         ),
         _ => (
             &shaders::MESH_FOOTPRINT_COMP,
             SPREAD,
-            Passes {
-                work: "mesh footprints",
-                project: "project mesh footprints",
-                compact: "compact mesh footprints",
-                splat: "splat mesh footprints",
-            },
+            passes!("mesh footprints"),
         ),
     };
     let texels = &scene.receivers.atlas_texels;

@@ -7,7 +7,7 @@ use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::PinholeImage;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::IMAGE_SPREAD;
-use crate::render::splat::projector::{Description, Passes, Projector};
+use crate::render::splat::projector::{Description, Projector, passes};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
 
@@ -30,12 +30,7 @@ pub fn pinhole_images(
         receiver_count: scene.receivers.planar_count,
         spread: IMAGE_SPREAD,
         levels: Some(levels),
-        passes: Passes {
-            work: "pinhole images",
-            project: "project pinhole images",
-            compact: "compact pinhole images",
-            splat: "splat pinhole images",
-        },
+        passes: passes!("pinhole images"),
     };
     Projector::new(context, scene, Source::Environment, patches, &description)
 }

@@ -40,6 +40,19 @@ pub struct Passes {
     pub splat: &'static str,
 }
 
+/// The passes of the projector of `$splats`.
+macro_rules! passes {
+    ($splats:literal) => {
+        $crate::render::splat::projector::Passes {
+            work: $splats,
+            project: concat!("project ", $splats),
+            compact: concat!("compact ", $splats),
+            splat: concat!("splat ", $splats),
+        }
+    };
+}
+pub(super) use passes;
+
 pub struct Projector {
     project: BoundPipeline,
     pub list: SplatList,

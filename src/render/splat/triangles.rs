@@ -7,7 +7,7 @@ use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::TriangleSplat;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::SPREAD;
-use crate::render::splat::projector::{Description, Passes, Projector};
+use crate::render::splat::projector::{Description, Projector, passes};
 use std::sync::Arc;
 
 /// # Errors
@@ -27,12 +27,7 @@ pub fn triangles(
         receiver_count: scene.receivers.planar_count,
         spread: SPREAD,
         levels: None,
-        passes: Passes {
-            work: "triangles",
-            project: "project triangles",
-            compact: "compact triangles",
-            splat: "splat triangles",
-        },
+        passes: passes!("triangles"),
     };
     Projector::new(context, scene, Source::Narrow, patches, &description)
 }
