@@ -226,13 +226,13 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     Ok((tiles, [end(0), end(1)]))
 }
 
-/// Origins of rectangles of these sizes, none of which overlap, in a square, if they fit. The largest one is placed
+/// Origins of rectangles of these sizes, none of which overlap, in a square, if they fit. The highest one is placed
 /// first.
 fn packed(sizes: &[[u32; 2]], side: u32) -> Option<Vec<[u32; 2]>> {
     let signed = |[width, height]: [u32; 2]| guillotiere::size2(width as i32, height as i32);
     let mut square = SimpleAtlasAllocator::new(signed([side; 2]));
     let mut order: Vec<usize> = (0..sizes.len()).collect();
-    order.sort_by_key(|&index| Reverse(sizes[index].iter().copied().max()));
+    order.sort_by_key(|&index| Reverse(sizes[index][1]));
     let mut origins = vec![[0; 2]; sizes.len()];
     for index in order {
         let place = square.allocate(signed(sizes[index]))?;
