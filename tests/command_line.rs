@@ -119,6 +119,11 @@ fn bad_input_of_reference() {
             &["error"],
         );
     }
+    refuses(
+        reference(&ring, &map).arg("--max-samples=0"),
+        2,
+        &["--max-samples", "0 is not in 1.."],
+    );
     assert!(!map.exists());
 }
 
@@ -143,6 +148,13 @@ fn unwritable_output_is_found_before_the_work() {
         &mut reference(&mirror, &folder.path().join("map.png")),
         2,
         &["map.png", ".exr"],
+    );
+    // Found at once: this error would take hours.
+    let long = folder.path().join(format!("{}.exr", "a".repeat(300)));
+    refuses(
+        reference(&mirror, &long).args(["--error", "1e-9"]),
+        2,
+        &["File name too long", "choose a shorter name"],
     );
 }
 

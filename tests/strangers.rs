@@ -258,6 +258,45 @@ fn duplicates_are_left_out_and_counted() {
     assert_eq!(flux(true), flux(false));
 }
 
+/// Where two triangles that look up meet one that looks down, the mean of their normals lies behind it.
+#[test]
+fn computed_normals_are_named_with_their_rule() {
+    let folder = common::folder::Folder::new();
+    folder.write(
+        "part.obj",
+        "v 0 0 0\nv 1 0 0\nv 0.5 1 0.04\nv 0.5 1 -0.04\nv 1.5 1 0\nf 1 2 3\nf 2 5 3\nf 2 1 4\n",
+    );
+    let warnings = folder.load().unwrap().warnings;
+    let said = |part: &str| warnings.iter().any(|warning| warning.contains(part));
+    assert!(
+        said("the file has no normals, so all normals were computed"),
+        "{warnings:?}"
+    );
+    assert!(said("weighted by the angle of the corner"), "{warnings:?}");
+}
+
+/// Twelve mirrors that no light meets are not twelve lines.
+#[test]
+fn notes_of_a_kind_are_capped() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = std::fs::read_to_string(scene_path("mirror.toml")).unwrap();
+    let (before, mirror) = scene.split_at(scene.find("[[object]]").unwrap());
+    let mut text = format!("{before}{mirror}");
+    for index in 0..12 {
+        // Its front looks down, away from the sun.
+        text += &format!(
+            "\n[[object]]\nname = \"idle{index}\"\nmaterial = \"copper\"\n\
+             rect = {{ origin = [{index}.0, 5.0, 0.0], edge_u = [0.5, 0.0, 0.0], edge_v = [0.0, 0.0, 0.5] }}\n"
+        );
+    }
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let line = "$nephroid bake scene.toml --receiver floor --lightmap 16 --samples 16 -o a.exr";
+    let (code, message) = refused(folder.path(), line);
+    assert_eq!(code, 0, "{message}");
+    assert_eq!(message.matches("\"idle").count(), 8, "{message}");
+    assert!(message.contains("4 more like these"), "{message}");
+}
+
 #[test]
 fn samples_that_cannot_be_met_are_named() {
     let folder = tempfile::tempdir().unwrap();
