@@ -102,3 +102,6 @@ pub mod scene;
 pub mod tone_map;
 
 pub use error::{Error, Result};
+
+// Crates whose types the public items have: a host that uses these has the same version.
+pub use {ash, glam, gpu_allocator};

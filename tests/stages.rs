@@ -78,7 +78,7 @@ fn mirror() -> Object {
 fn project<T: bytemuck::Pod>(
     shader: &'static Shader,
     splats: &'static str,
-    [patch, light, object]: [&[u8]; 3],
+    (patch, light, object): (&Patch, &Light, &Object),
     lobes: u32,
 ) -> Vec<T> {
     let device = Device::open();
@@ -94,13 +94,13 @@ fn project<T: bytemuck::Pod>(
     let buffers = [
         ("triangles", buffer("triangles", &[0; 48])),
         ("nodes", buffer("nodes", &[0; 64])),
-        ("objects", buffer("objects", object)),
-        ("lights", buffer("lights", light)),
+        ("objects", buffer("objects", bytemuck::bytes_of(object))),
+        ("lights", buffer("lights", bytemuck::bytes_of(light))),
         (
             "planar_receivers",
             buffer("receivers", bytemuck::bytes_of(&floor())),
         ),
-        ("patches", buffer("patches", patch)),
+        ("patches", buffer("patches", bytemuck::bytes_of(patch))),
         (
             "profiles",
             buffer("profiles", bytemuck::bytes_of(&[bell; 2])),
@@ -138,12 +138,7 @@ fn project<T: bytemuck::Pod>(
 }
 
 fn footprints(patch: &Patch, object: &Object, lobes: u32) -> Vec<Footprint> {
-    let sun = sun();
-    let input = [
-        bytemuck::bytes_of(patch),
-        bytemuck::bytes_of(&sun),
-        bytemuck::bytes_of(object),
-    ];
+    let input = (patch, &sun(), object);
     project(&shaders::FOOTPRINT_COMP, "footprints", input, lobes)
 }
 
@@ -225,8 +220,8 @@ fn a_patch_is_clipped_at_the_receiver() {
     assert!(footprints(&upright(-0.5), &mirror(), 1).is_empty());
 }
 
-/// From glass into air at 45°, beyond the critical angle of 41.8°, all light is reflected; from air into glass it is
-/// divided by Fresnel's law, and what is refracted leaves on the other side and misses the floor's front if it rises.
+/// From glass into air at 45°, beyond the critical angle of 41.8°, all light is reflected; from air into glass,
+/// Fresnel's law divides it, and the refracted part lands behind the patch.
 #[test]
 fn total_reflection_refracts_nothing() {
     let glass = |index: f32| Object {
@@ -267,12 +262,7 @@ fn an_environment_cell_is_imaged() {
     };
     let patch = upright(2.0);
     let images = |patch: &Patch| -> Vec<PinholeImage> {
-        let object = mirror();
-        let input = [
-            bytemuck::bytes_of(patch),
-            bytemuck::bytes_of(&cell),
-            bytemuck::bytes_of(&object),
-        ];
+        let input = (patch, &cell, &mirror());
         project(&shaders::PINHOLE_IMAGE_COMP, "pinhole_images", input, 1)
     };
     let found = images(&patch);
@@ -300,13 +290,8 @@ fn an_environment_cell_is_imaged() {
 
     // From 1 m above, |e₁|² + |e₂|² = ½ > 0.3 h²: the patch sends footprints.
     assert!(images(&upright(1.0)).is_empty());
-    let object = mirror();
     let kernels = |patch: &Patch| -> usize {
-        let input = [
-            bytemuck::bytes_of(patch),
-            bytemuck::bytes_of(&cell),
-            bytemuck::bytes_of(&object),
-        ];
+        let input = (patch, &cell, &mirror());
         let shader = &shaders::ENVIRONMENT_FOOTPRINT_COMP;
         project::<Footprint>(shader, "footprints", input, 1).len()
     };

@@ -1,7 +1,7 @@
 // The push constants of all projectors.
 
 layout(push_constant) uniform ProjectPush {
-    uint first_pair;     // first pair of this batch; pair = light * patch_count + patch; of an environment, an index into `pairs`
+    uint first_pair;     // first pair of this batch; pair = light * patch_count + patch, or for an environment an index into `pairs`
     uint pair_count;     // number of pairs in this batch
     uint patch_count;
     uint first_light;

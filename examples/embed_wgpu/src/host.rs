@@ -1,7 +1,7 @@
 //! Opens a Vulkan device that both wgpu and nephroid can use.
 
 use crate::Result;
-use ash::vk;
+use nephroid::ash::{self, vk};
 use nephroid::gpu::{Context, External, list_devices};
 use wgpu::hal::{api::Vulkan, vulkan};
 

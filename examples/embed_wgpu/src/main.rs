@@ -8,9 +8,9 @@
 mod host;
 mod view;
 
-use ash::vk;
-use glam::{DMat3, DVec3};
 use host::Host;
+use nephroid::ash::vk;
+use nephroid::glam::{DMat3, DVec3};
 use nephroid::gpu::Context;
 use nephroid::image_file::{RgbImage, read_rgb};
 use nephroid::render::{Frame, MapImage, ReceiverTile, Renderer, Settings};

@@ -104,11 +104,11 @@ impl CellPatchPairs {
             .take_while(|&cells| cells < max_cells)
             .chain([max_cells])
             .collect();
-        let (sizes, variances): (Vec<usize>, Vec<f64>) = {
-            let clusters = PatchClusters::new(scene, store, &counts, distance);
-            let sizes = (0..counts.len()).map(|level| clusters.count(level));
-            (sizes.collect(), clusters.variances(store, distance))
-        };
+        let clusters = PatchClusters::new(scene, store, &counts, distance);
+        let sizes: Vec<usize> = (0..counts.len())
+            .map(|level| clusters.count(level))
+            .collect();
+        let variances = clusters.variances(store, distance);
         let finest = (variances[variances.len() - 1] / (distance * distance)).min(MAX_SUN_VARIANCE);
         let subdivision = subdivide(environment.map, &cell_counts);
         let (suns, rects, chosen) = (subdivision.rects.iter())
@@ -123,9 +123,12 @@ impl CellPatchPairs {
             (rects.iter()).map(|rect| subdivision.cell(rect)).collect()
         };
         let (suns, cells) = (cells_of(&suns), cells_of(&rects));
-        // The levels up to the finest in use.
         let used = chosen.levels.iter().max().map_or(0, |finest| finest + 1);
-        let clusters = PatchClusters::new(scene, store, &counts[..used], distance);
+        // Fewer subtriangles suffice if the finest levels are not in use.
+        let clusters = match used == counts.len() {
+            true => clusters,
+            false => PatchClusters::new(scene, store, &counts[..used], distance),
+        };
         let mut levels = Vec::new();
         let mut pairs = Vec::new();
         let mut first_patch = 0;

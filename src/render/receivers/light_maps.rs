@@ -226,7 +226,7 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
     Ok((tiles, [end(0), end(1)]))
 }
 
-/// Origins of rectangles of these sizes, none of which overlap, in a square, if they fit. The highest one is placed
+/// Origins of rectangles of these sizes, none of which overlap, in a square, if they fit. The tallest one is placed
 /// first.
 fn packed(sizes: &[[u32; 2]], side: u32) -> Option<Vec<[u32; 2]>> {
     let signed = |[width, height]: [u32; 2]| guillotiere::size2(width as i32, height as i32);

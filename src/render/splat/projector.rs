@@ -40,7 +40,7 @@ pub struct Passes {
     pub splat: &'static str,
 }
 
-/// The passes of the projector of `$splats`.
+/// The names of a projector's passes, from the name of its splats.
 macro_rules! passes {
     ($splats:literal) => {
         $crate::render::splat::projector::Passes {
