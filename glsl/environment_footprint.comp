@@ -57,9 +57,7 @@ void main() {
                     image.mean_distance = dot(receiver.origin - patch_.position, receiver.normal) / dot(r, receiver.normal);
                     image.centre = to_texels(receiver, patch_.position + image.mean_distance * r);
                     image.root = cluster_image(patch_, disc.direction, normal, lobe_eta, receiver, r, image.mean_distance);
-                    Footprint found[2];
-                    uint found_count = footprints_of(patch_, image, light, disc, flux[lobe], lobe_eta, r, index, true, found);
-                    for (uint i = 0; i < found_count; i++) footprints[first_slot + count++] = found[i];
+                    count += footprints_of(patch_, image, light, disc, flux[lobe], lobe_eta, r, receiver, index, true, first_slot + count);
                 }
             }
         }

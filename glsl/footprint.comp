@@ -29,7 +29,7 @@ layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // per receiver: 
 #include "slots.glsl"
 
 // Projects `patch_` with `flux`, W, onto the receiver `index`: see footprints_of().
-uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, float eta, uint index, out Footprint found[2]) {
+uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, float eta, uint index, uint slot) {
     PlanarReceiver receiver = planar_receivers[index];
     vec3 m = receiver.normal;
     if (dot(receiver.origin - patch_.position, m) >= 0.0) return 0;
@@ -51,7 +51,7 @@ uint project_footprints(Patch patch_, Light light, LightDisc disc, vec3 flux, fl
         image.mean_distance += d / 3.0;
     }
     image.root = mat2((places[0] - places[1]) * sqrt(1.0 / 6.0), (places[2] - image.centre) * sqrt(0.5));
-    return footprints_of(patch_, image, light, disc, flux, eta, r, index, false, found);
+    return footprints_of(patch_, image, light, disc, flux, eta, r, receiver, index, false, slot);
 }
 
 void main() {
@@ -64,11 +64,13 @@ void main() {
         float eta = orient_toward(patch_, disc_at(light, patch_.position).direction);
         uint first_slot = local * 2 * push.lobes * push.receiver_count;
         // The whole patch lights all receivers that do not clip it, then the clipped patch lights each receiver that
-        // clips it.
-        int clip = -1;
+        // clips it. The first pass is not a constant, because compilers would peel it off the loop, and lavapipe would
+        // run through both copies.
+        uint clip = push.receiver_count;
+        uint next = 0;
         do {
             Patch clipped = patch_;
-            if (clip >= 0) clipped = clipped_patch(patch_, planar_receivers[clip]);
+            if (clip < push.receiver_count) clipped = clipped_patch(patch_, planar_receivers[clip]);
             LightDisc disc = disc_at(light, clipped.position);
             vec3 flux[2];
             if (flux_of(clipped, light, disc, eta, flux)) {
@@ -76,14 +78,13 @@ void main() {
                     if (flux[lobe] == vec3(0.0)) continue;
                     for (uint index = 0; index < push.receiver_count; index++) {
                         if (!is_lit_by(patch_, index, clip)) continue;
-                        Footprint found[2];
-                        uint found_count = project_footprints(clipped, light, disc, flux[lobe], lobe == 0 ? 0.0 : eta, index, found);
-                        for (uint i = 0; i < found_count; i++) footprints[first_slot + count++] = found[i];
+                        count += project_footprints(clipped, light, disc, flux[lobe], lobe == 0 ? 0.0 : eta, index, first_slot + count);
                     }
                 }
             }
-            clip = next_clipping_receiver(patch_, clip + 1);
-        } while (clip < int(push.receiver_count));
+            clip = next_clipping_receiver(patch_, next);
+            next = clip + 1;
+        } while (clip < push.receiver_count);
     }
     count_slots(push.pair_count, count);
 }

@@ -114,11 +114,13 @@ void main() {
         float eta = orient_toward(patch_, disc.direction);
         uint first_slot = local * push.lobes * push.receiver_count;
         // The whole patch lights all receivers that do not clip it, then the clipped patch lights each receiver that
-        // clips it.
-        int clip = -1;
+        // clips it. The first pass is not a constant, because compilers would peel it off the loop, and lavapipe would
+        // run through both copies.
+        uint clip = push.receiver_count;
+        uint next = 0;
         do {
             Patch clipped = patch_;
-            if (clip >= 0) clipped = clipped_patch(patch_, planar_receivers[clip]);
+            if (clip < push.receiver_count) clipped = clipped_patch(patch_, planar_receivers[clip]);
             vec3 flux[2];
             if (flux_of(clipped, light, disc_at(light, clipped.position), eta, flux)) {
                 for (uint lobe = 0; lobe < push.lobes; lobe++) {
@@ -130,8 +132,9 @@ void main() {
                     }
                 }
             }
-            clip = next_clipping_receiver(patch_, clip + 1);
-        } while (clip < int(push.receiver_count));
+            clip = next_clipping_receiver(patch_, next);
+            next = clip + 1;
+        } while (clip < push.receiver_count);
     }
     count_slots(push.pair_count, count);
 }

@@ -21,18 +21,18 @@ bool reaches_behind(vec3 heights) {
 }
 
 // The first receiver with at least the index `index` that intersects the patch, or receiver_count.
-int next_clipping_receiver(Patch patch_, int index) {
-    for (; index < int(push.receiver_count); index++) {
+uint next_clipping_receiver(Patch patch_, uint index) {
+    for (; index < push.receiver_count; index++) {
         vec3 heights = corner_heights(patch_, planar_receivers[index]);
         if (highest(heights) > 0.0 && reaches_behind(heights)) break;
     }
     return index;
 }
 
-// Whether the receiver `index` is lit in this pass. The pass -1 lights the receivers that do not clip the patch; the
-// pass `clip` lights the receiver `clip` with the clipped patch.
-bool is_lit_by(Patch patch_, uint index, int clip) {
-    return clip >= 0 ? int(index) == clip : !reaches_behind(corner_heights(patch_, planar_receivers[index]));
+// Whether the receiver `index` is lit in this pass. The pass receiver_count lights the receivers that do not clip the
+// patch; the pass `clip` lights the receiver `clip` with the clipped patch.
+bool is_lit_by(Patch patch_, uint index, uint clip) {
+    return clip < push.receiver_count ? index == clip : !reaches_behind(corner_heights(patch_, planar_receivers[index]));
 }
 
 // The part of an intersecting patch in front of the receiver, as a triangle with the same area, centroid and

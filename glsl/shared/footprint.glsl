@@ -1,5 +1,5 @@
 // Footprints: kernels on planar receivers. The including shader includes planar_receiver.glsl, kernel_fit.glsl, flux.glsl
-// and trace.glsl, and declares the buffers `planar_receivers` and `coarse`.
+// and trace.glsl, and declares the buffers `planar_receivers`, `footprints` and `coarse`.
 
 // Footprints of at most this many texels are normalised over the texels that they touch.
 const float MAX_NORMALISED_TEXELS = 36.0;
@@ -32,11 +32,13 @@ struct PatchImage {
     mat2 root;           // of the covariance
 };
 
-// The footprints of `patch_` with `flux`, W, on the receiver `index`, along the outgoing direction r of the patch's
-// centroid. Returns their number: 0, 1, or 2 where the patch's plane folds the first footprint. eta = 0: reflected
-// light; otherwise refracted. The light of a cluster may spread over directions.
-uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, vec3 flux, float eta, vec3 r, uint index, bool is_cluster, out Footprint footprints_[2]) {
-    PlanarReceiver receiver = planar_receivers[index];
+// Writes the footprints of `patch_` with `flux`, W, on `receiver`, number `index`, along the outgoing direction r of the
+// patch's centroid, to the buffer from `slot` on. Returns their number: 0, 1, or 2 where the patch's plane folds the
+// first footprint. eta = 0: reflected light; otherwise refracted. The light of a cluster may spread over directions.
+//
+// Footprints are not returned: lavapipe copies an array of them at every call, which took a quarter of the time on a
+// scene of two lobes and five receivers.
+uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, vec3 flux, float eta, vec3 r, PlanarReceiver receiver, uint index, bool is_cluster, uint slot) {
     vec3 normal = normalize(patch_.normal);
     vec2 centre = image.centre;
     float mean_distance = image.mean_distance;
@@ -152,11 +154,13 @@ uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, 
         }
         if (sum > 0.0) irradiance /= sum * peak;
     }
-    footprints_[0] = Footprint(centre, slant, conic, kernel.profile.flatness, irradiance, bulge.x, clip, bulge.y, low, high);
-    footprints_[1] = footprints_[0];
-    footprints_[1].centre += shift;
-    footprints_[1].clip = folded_clip;
-    footprints_[1].lower = clamp(centre + shift - half_size, tile_low, tile_high);
-    footprints_[1].upper = clamp(centre + shift + half_size, tile_low, tile_high);
-    return folded ? 2 : 1;
+    Footprint footprint = Footprint(centre, slant, conic, kernel.profile.flatness, irradiance, bulge.x, clip, bulge.y, low, high);
+    footprints[slot] = footprint;
+    if (!folded) return 1;
+    footprint.centre += shift;
+    footprint.clip = folded_clip;
+    footprint.lower = clamp(centre + shift - half_size, tile_low, tile_high);
+    footprint.upper = clamp(centre + shift + half_size, tile_low, tile_high);
+    footprints[slot + 1] = footprint;
+    return 2;
 }

@@ -1,11 +1,13 @@
 //! The top-down builder of the bounding volume hierarchy: surface area heuristic over bins.
 
 use crate::render::gpu_types;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::ops::Range;
 
 /// Maximum depth that the stack of trace.glsl can traverse.
 pub const MAX_DEPTH: u32 = gpu_types::constants::STACK as u32;
+/// Axes of [`Aabb::split_key`].
+const AXES: usize = 4;
 /// Number of bins per axis.
 const BINS: usize = 16;
 /// Maximum number of triangles in a leaf. Rays traced together wait for the slowest.
@@ -65,9 +67,11 @@ impl Aabb {
         near <= far.into_iter().fold(farthest, f32::min)
     }
 
-    /// Twice the centre.
-    pub fn doubled_middle(&self) -> Vec3 {
-        self.lower + self.upper
+    /// The coordinates along which boxes are split: twice the centre, and the logarithm of the size. A split by size
+    /// separates the few large triangles of a floor from the many small ones above it, which a split by place cannot.
+    fn split_key(&self) -> Vec4 {
+        let size = self.half_area().max(f32::MIN_POSITIVE).log2();
+        (self.lower + self.upper).extend(size)
     }
 }
 
@@ -162,12 +166,12 @@ fn split(boxes: &[Aabb], order: &mut [u32], aabb: &Aabb, depth: u32) -> Option<u
     if count == 1 {
         return None;
     }
-    let middle = |i: u32| boxes[i as usize].doubled_middle();
+    let key = |i: u32| boxes[i as usize].split_key();
     let (low, high) = order
         .iter()
-        .map(|&i| middle(i))
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), m| {
-            (low.min(m), high.max(m))
+        .map(|&i| key(i))
+        .fold((Vec4::INFINITY, Vec4::NEG_INFINITY), |(low, high), key| {
+            (low.min(key), high.max(key))
         });
     let extent = high - low;
     // Halving keeps the tree within the maximum depth.
@@ -176,7 +180,7 @@ fn split(boxes: &[Aabb], order: &mut [u32], aabb: &Aabb, depth: u32) -> Option<u
         // Rounding may give the last triangle the bin BINS.
         let scale = BINS as f32 / extent;
         let bin =
-            |i: u32, axis: usize| (((middle(i) - low)[axis] * scale[axis]) as usize).min(BINS - 1);
+            |i: u32, axis: usize| (((key(i) - low)[axis] * scale[axis]) as usize).min(BINS - 1);
         let (cost, axis, last) = cheapest(boxes, order, extent, &bin);
         let is_cheaper = STEP * aabb.half_area() + cost < count as f32 * aabb.half_area();
         if !is_cheaper && count <= LEAF {
@@ -193,12 +197,12 @@ fn split(boxes: &[Aabb], order: &mut [u32], aabb: &Aabb, depth: u32) -> Option<u
         return None;
     }
     // The triangles coincide or contain each other: halves in any order are equally good.
-    let axis = (extent.to_array().iter().enumerate())
+    let axis = (extent.truncate().to_array().iter().enumerate())
         .max_by(|a, b| a.1.total_cmp(b.1))
         .map_or(0, |(axis, _)| axis);
     let half = count / 2;
     order.select_nth_unstable_by(half, |&a, &b| {
-        (middle(a)[axis].total_cmp(&middle(b)[axis])).then(a.cmp(&b))
+        (key(a)[axis].total_cmp(&key(b)[axis])).then(a.cmp(&b))
     });
     Some(half)
 }
@@ -207,12 +211,12 @@ fn split(boxes: &[Aabb], order: &mut [u32], aabb: &Aabb, depth: u32) -> Option<u
 fn cheapest(
     boxes: &[Aabb],
     order: &[u32],
-    extent: Vec3,
+    extent: Vec4,
     bin: &impl Fn(u32, usize) -> usize,
 ) -> (f32, usize, usize) {
     let mut best = (f32::INFINITY, 0, 0);
-    let mut bins = [[(0u32, Aabb::EMPTY); BINS]; 3];
-    let axes = (0..3).filter(|&axis| extent[axis] > 0.0);
+    let mut bins = [[(0u32, Aabb::EMPTY); BINS]; AXES];
+    let axes = (0..AXES).filter(|&axis| extent[axis] > 0.0);
     for &i in order {
         for axis in axes.clone() {
             let (count, aabb) = &mut bins[axis][bin(i, axis)];
