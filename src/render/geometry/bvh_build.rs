@@ -1,4 +1,4 @@
-//! The top-down builder of the bounding volume hierarchy: surface area heuristic over bins.
+//! The top-down builder of the bounding volume hierarchy: surface area heuristic over bins of place and size.
 
 use crate::render::gpu_types;
 use glam::{Vec3, Vec4};
@@ -70,7 +70,8 @@ impl Aabb {
     /// The coordinates along which boxes are split: twice the centre, and the logarithm of the size. A split by size
     /// separates the few large triangles of a floor from the many small ones above it, which a split by place cannot.
     fn split_key(&self) -> Vec4 {
-        let size = self.half_area().max(f32::MIN_POSITIVE).log2();
+        // The bits of a positive float grow with its logarithm.
+        let size = self.half_area().to_bits() as f32;
         (self.lower + self.upper).extend(size)
     }
 }
