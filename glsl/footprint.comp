@@ -64,8 +64,7 @@ void main() {
         float eta = orient_toward(patch_, disc_at(light, patch_.position).direction);
         uint first_slot = local * 2 * push.lobes * push.receiver_count;
         // The whole patch lights all receivers that do not clip it, then the clipped patch lights each receiver that
-        // clips it. The first pass is not a constant, because compilers would peel it off the loop, and lavapipe would
-        // run through both copies.
+        // clips it.
         uint clip = push.receiver_count;
         uint next = 0;
         do {

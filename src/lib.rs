@@ -103,5 +103,5 @@ pub mod tone_map;
 
 pub use error::{Error, Result};
 
-// Crates whose types the public items have: a host that uses these has the same version.
+// Crates whose types appear in the public interface, so that a host can use the same versions.
 pub use {ash, glam, gpu_allocator};

@@ -149,7 +149,7 @@ fn unwritable_output_is_found_before_the_work() {
         2,
         &["map.png", ".exr"],
     );
-    // Found at once: this error would take hours.
+    // The name is checked before the work, which would take hours at this error.
     let long = folder.path().join(format!("{}.exr", "a".repeat(300)));
     refuses(
         reference(&mirror, &long).args(["--error", "1e-9"]),

@@ -275,7 +275,7 @@ fn computed_normals_are_named_with_their_rule() {
     assert!(said("weighted by the angle of the corner"), "{warnings:?}");
 }
 
-/// Twelve mirrors that no light meets are not twelve lines.
+/// Of twelve unlit mirrors, eight are named and the others are counted.
 #[test]
 fn notes_of_a_kind_are_capped() {
     let folder = tempfile::tempdir().unwrap();

@@ -199,8 +199,8 @@ impl FloorView {
             };
             device.cmd_set_viewport(commands, 0, &[viewport]);
             device.cmd_set_scissor(commands, 0, &[area]);
-            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, self.pipeline);
             let point = vk::PipelineBindPoint::GRAPHICS;
+            device.cmd_bind_pipeline(commands, point, self.pipeline);
             device.cmd_bind_descriptor_sets(commands, point, self.layout, 0, &[set], &[]);
             let push = push(output, scene, (floor, rect), width / height);
             let stages = vk::ShaderStageFlags::VERTEX;

@@ -30,7 +30,8 @@ uint next_clipping_receiver(Patch patch_, uint index) {
 }
 
 // Whether the receiver `index` is lit in this pass. The pass receiver_count lights the receivers that do not clip the
-// patch; the pass `clip` lights the receiver `clip` with the clipped patch.
+// patch; the pass `clip` lights the receiver `clip` with the clipped patch. With a constant in place of receiver_count,
+// projection takes about 5 % longer on lavapipe.
 bool is_lit_by(Patch patch_, uint index, uint clip) {
     return clip < push.receiver_count ? index == clip : !reaches_behind(corner_heights(patch_, planar_receivers[index]));
 }

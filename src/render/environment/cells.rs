@@ -383,7 +383,7 @@ mod tests {
         assert!((covered / (4.0 * PI) - 1.0).abs() < 1e-3, "{covered}");
     }
 
-    /// A disc in the environment, as wide as may act as a sun, becomes a light with the covariance of the disc.
+    /// A disc in the environment, nearly the largest that acts as a sun, becomes a light with the covariance of the disc.
     #[test]
     fn a_disc_has_its_covariance() {
         let radius = 0.05;

@@ -1,9 +1,10 @@
 //! The bounding volume hierarchy that trace.glsl traverses.
 //!
-//! The tree is built top-down by the surface area heuristic over bins (Wald 2007) of place and size, in nearly linear
-//! time for every arrangement of triangles; bottom-up builders are quadratic where thousands coincide. Then the tree is
-//! packed: a node holds the bounding boxes of its two children with 16 bits per side, rounded outward, so that a step
-//! reads 32 bytes. Small nodes matter on software devices, which load each word separately.
+//! The tree is built top-down by the surface area heuristic over bins (Wald 2007). The bins are by centroid and by
+//! surface area. This takes nearly linear time for every arrangement of triangles; bottom-up builders are quadratic where
+//! thousands coincide. Then the tree is packed: a node holds the bounding boxes of its two children with 16 bits per
+//! side, rounded outward, so that a step reads 32 bytes. Small nodes matter on software devices, which load each word
+//! separately.
 
 use crate::render::geometry::bvh_build::{Aabb, TreeNode, build, compact, cost, union};
 use crate::render::gpu_types::constants::COUNT_SHIFT;

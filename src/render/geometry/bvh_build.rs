@@ -1,4 +1,5 @@
-//! The top-down builder of the bounding volume hierarchy: surface area heuristic over bins of place and size.
+//! The top-down builder of the bounding volume hierarchy: surface area heuristic over bins, by centroid and by
+//! surface area.
 
 use crate::render::gpu_types;
 use glam::{Vec3, Vec4};
@@ -67,12 +68,13 @@ impl Aabb {
         near <= far.into_iter().fold(farthest, f32::min)
     }
 
-    /// The coordinates along which boxes are split: twice the centre, and the logarithm of the size. A split by size
-    /// separates the few large triangles of a floor from the many small ones above it, which a split by place cannot.
+    /// The coordinates along which boxes are split: twice the centroid, and the logarithm of the surface area up to
+    /// factor and offset. A split by area separates the few large triangles of a floor from the many small ones above
+    /// it, which a split by centroid cannot.
     fn split_key(&self) -> Vec4 {
-        // The bits of a positive float grow with its logarithm.
-        let size = self.half_area().to_bits() as f32;
-        (self.lower + self.upper).extend(size)
+        // The bit pattern of a positive float is nearly linear in its logarithm.
+        let log_area = self.half_area().to_bits() as f32;
+        (self.lower + self.upper).extend(log_area)
     }
 }
 
