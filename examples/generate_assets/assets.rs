@@ -1,6 +1,11 @@
 //! The meshes and environments that the shipped scenes use, as bytes. Lengths in metres.
 
+// By path, since `tests/assets.rs` includes this file from another folder.
+#[path = "obj.rs"]
+mod obj;
+
 use glam::{DVec2, DVec3};
+use obj::Obj;
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
@@ -389,110 +394,4 @@ fn equirectangular(height: u32, radiance: impl Fn(f64, f64) -> DVec3) -> Vec<u8>
 /// Unit vector in the xz plane, from +x toward +z.
 fn around(angle: f64) -> DVec3 {
     DVec3::new(angle.cos(), 0.0, angle.sin())
-}
-
-/// An OBJ file in the making. Equal positions and equal normals are written once.
-struct Obj {
-    text: String,
-    positions: HashMap<String, usize>,
-    normals: HashMap<String, usize>,
-}
-
-impl Obj {
-    fn new(comment: &str) -> Self {
-        Self {
-            text: format!("# {comment}; made by examples/generate_assets\n"),
-            positions: HashMap::new(),
-            normals: HashMap::new(),
-        }
-    }
-
-    /// The corner `position//normal` of a face.
-    fn corner(&mut self, position: DVec3, normal: DVec3) -> String {
-        let position = self.line("v", position, |obj| &mut obj.positions);
-        let normal = self.line("vn", normal, |obj| &mut obj.normals);
-        format!("{position}//{normal}")
-    }
-
-    fn line(
-        &mut self,
-        keyword: &str,
-        value: DVec3,
-        known: fn(&mut Self) -> &mut HashMap<String, usize>,
-    ) -> usize {
-        let line = format!("{keyword} {}\n", value.to_array().map(number).join(" "));
-        let known = known(self);
-        let next = known.len() + 1;
-        let index = *known.entry(line.clone()).or_insert(next);
-        if index == next {
-            self.text += &line;
-        }
-        index
-    }
-
-    /// Corners counter-clockwise from the front.
-    fn face(&mut self, corners: &[String]) {
-        self.text += &format!("f {}\n", corners.join(" "));
-    }
-
-    /// Quads of a grid of `point(i, j)` → (position, normal), i and j up to and including
-    /// `cells`; the front is where i turns to j counter-clockwise.
-    fn grid(&mut self, cells: [usize; 2], point: impl Fn(usize, usize) -> (DVec3, DVec3)) {
-        for j in 0..cells[1] {
-            for i in 0..cells[0] {
-                let quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-                let corners = quad.map(|(i, j)| {
-                    let (position, normal) = point(i, j);
-                    self.corner(position, normal)
-                });
-                // On an axis two corners are one.
-                let mut corners = corners.to_vec();
-                corners.dedup();
-                self.face(&corners);
-            }
-        }
-    }
-
-    /// Surface that a cubic Bézier curve of (radius, height) sweeps about the y axis, `cells` around and
-    /// along the curve. The front is to the right of the curve, the radius to the right and up up.
-    fn lathe(&mut self, [a, b, c, d]: [DVec2; 4], cells: [usize; 2]) {
-        self.grid(cells, |i, j| {
-            let t = j as f64 / cells[1] as f64;
-            let (ab, bc, cd) = (a.lerp(b, t), b.lerp(c, t), c.lerp(d, t));
-            let (abc, bcd) = (ab.lerp(bc, t), bc.lerp(cd, t));
-            let (at, normal) = (abc.lerp(bcd, t), -(bcd - abc).perp().normalize());
-            let out = around(-TAU * (i % cells[0]) as f64 / cells[0] as f64);
-            let place = |p: DVec2| p.x * out + p.y * DVec3::Y;
-            (place(at), place(normal))
-        });
-    }
-
-    /// Quads of a grid of `cells`² over the square [−1, 1]², which `point` → (position, normal) takes to
-    /// something round by way of [`concentric`].
-    fn disc(&mut self, cells: usize, point: impl Fn(DVec2) -> (DVec3, DVec3)) {
-        let side = |i: usize| 2.0 * i as f64 / cells as f64 - 1.0;
-        for j in 0..cells {
-            for i in 0..cells {
-                let mut quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-                // A fan starts at the first corner: let the diagonals point to the middle, for on the
-                // square's diagonals the other choice makes slivers of three points of the rim.
-                if (i < cells / 2) != (j < cells / 2) {
-                    quad.rotate_left(1);
-                }
-                let corners = quad.map(|(i, j)| {
-                    let (position, normal) = point(DVec2::new(side(i), side(j)));
-                    self.corner(position, normal)
-                });
-                self.face(&corners);
-            }
-        }
-    }
-}
-
-/// Seven decimals, 0.1 µm, without trailing zeros. Rounding also hides what differs between
-/// mathematical libraries.
-fn number(value: f64) -> String {
-    let text = format!("{value:.7}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0" } else { text }.into()
 }
