@@ -1,6 +1,8 @@
 //! The meshes and environments that the shipped scenes use, as bytes. Lengths in metres.
 
 // By path, since `tests/assets.rs` includes this file from another folder.
+#[path = "irregular/mod.rs"]
+mod irregular;
 #[path = "obj.rs"]
 mod obj;
 
@@ -11,7 +13,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// Every generated file: path under `assets/`, content.
 pub fn all() -> Vec<(&'static str, Vec<u8>)> {
-    vec![
+    let mut files: Vec<(&'static str, Vec<u8>)> = vec![
         ("meshes/ring.obj", ring().into()),
         ("meshes/half_cylinder.obj", half_cylinder().into()),
         ("meshes/dish.obj", dish().into()),
@@ -25,7 +27,9 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("environments/constant.hdr", constant_environment()),
         ("environments/studio.hdr", studio()),
         ("environments/sunny.hdr", sunny()),
-    ]
+    ];
+    files.extend(irregular::all());
+    files
 }
 
 /// Upright hollow cylinder around the y axis, standing on y = 0: inside wall of radius 1, outside

@@ -29,6 +29,12 @@ impl Obj {
         }
     }
 
+    /// Writes later vertices anew, even where they equal earlier ones.
+    pub fn stop_sharing(&mut self) {
+        self.positions.shared.clear();
+        self.normals.shared.clear();
+    }
+
     /// The corner `position//normal` of a face.
     pub fn corner(&mut self, position: DVec3, normal: DVec3) -> String {
         let position = self.bare_corner(position);
