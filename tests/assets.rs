@@ -5,8 +5,9 @@ mod assets;
 
 use glam::DVec3;
 use nephroid::scene::{Geometry, LightKind, Mesh, Rect, Scene, load};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 #[test]
@@ -228,4 +229,190 @@ fn the_post_stands_in_the_rings_caustic() {
             .all(|p| p.y >= 0.0 && p.x.hypot(p.z) < 1.0)
     );
     assert!(post.positions.iter().any(|p| p.y == 0.0));
+}
+
+/// A mesh as its file has it, and as it is loaded.
+struct Irregular {
+    obj: String,
+    mesh: Mesh,
+    /// By vertex of the mesh, the number of its position: equal positions have one number.
+    places: Vec<usize>,
+}
+
+impl Irregular {
+    fn load(name: &str) -> Self {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/meshes");
+        let scene = scene(&format!("{name}.toml"));
+        let mut meshes = (scene.objects.iter()).filter_map(|object| match &object.geometry {
+            Geometry::Mesh(mesh) => Some(Mesh::clone(mesh)),
+            _ => None,
+        });
+        let mesh = meshes.next().unwrap();
+        let mut numbers = HashMap::new();
+        let mut number = |position: &DVec3| {
+            let next = numbers.len();
+            *numbers
+                .entry(position.to_array().map(f64::to_bits))
+                .or_insert(next)
+        };
+        Self {
+            obj: std::fs::read_to_string(root.join(name).with_extension("obj")).unwrap(),
+            places: mesh.positions.iter().map(&mut number).collect(),
+            mesh,
+        }
+    }
+
+    fn lines(&self, keyword: &str) -> Vec<&str> {
+        (self.obj.lines())
+            .filter(|line| line.split(' ').next() == Some(keyword))
+            .collect()
+    }
+
+    fn triangles(&self) -> Vec<[usize; 3]> {
+        (self.mesh.triangles.iter())
+            .map(|corners| corners.map(|i| self.places[i as usize]))
+            .collect()
+    }
+
+    /// By position, how many edges meet there.
+    fn valences(&self) -> Vec<usize> {
+        let mut neighbours = BTreeMap::<usize, BTreeSet<usize>>::new();
+        for [a, b, c] in self.triangles() {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                neighbours.entry(from).or_default().insert(to);
+                neighbours.entry(to).or_default().insert(from);
+            }
+        }
+        neighbours.values().map(BTreeSet::len).collect()
+    }
+
+    /// By triangle, its longest side over the height on that side.
+    fn aspects(&self) -> Vec<f64> {
+        (triangles(&self.mesh))
+            .map(|[a, b, c]| {
+                let longest = [b - a, c - b, a - c].map(DVec3::length_squared);
+                longest.into_iter().fold(0.0, f64::max) / (b - a).cross(c - a).length()
+            })
+            .collect()
+    }
+}
+
+/// Whether every edge joins two triangles, which run along it in opposite directions.
+fn is_closed(triangles: &[[usize; 3]]) -> bool {
+    let mut edges = HashMap::new();
+    for &[a, b, c] in triangles {
+        for edge in [(a, b), (b, c), (c, a)] {
+            *edges.entry(edge).or_insert(0) += 1;
+        }
+    }
+    (edges.iter()).all(|(&(a, b), &count)| count == 1 && edges.get(&(b, a)) == Some(&1))
+}
+
+fn share<T>(all: &[T], is_counted: impl Fn(&T) -> bool) -> f64 {
+    all.iter().filter(|one| is_counted(one)).count() as f64 / all.len() as f64
+}
+
+#[test]
+fn irregular_meshes_are_closed_and_face_outward() {
+    let counts: [(&str, RangeInclusive<usize>); 5] = [
+        ("mesh_rock", 4500..=5500),
+        ("mesh_cage", 900..=1100),
+        ("mesh_scan", 68_000..=72_000),
+        ("mesh_part", 1000..=3000),
+        ("mesh_animal", 300..=900),
+    ];
+    for (name, count) in counts {
+        let irregular = Irregular::load(name);
+        let mut welded = irregular.triangles();
+        assert!(count.contains(&welded.len()), "{name}: {}", welded.len());
+        assert!(is_closed(&welded), "{name}");
+        welded[0].reverse();
+        assert!(!is_closed(&welded) && !is_closed(&welded[1..]), "{name}");
+
+        let volume: f64 = triangles(&irregular.mesh)
+            .map(|[a, b, c]| a.dot(b.cross(c)) / 6.0)
+            .sum();
+        assert!(volume > 0.05, "{name}: {volume} m³");
+        let thinnest = irregular.aspects().into_iter().fold(0.0, f64::max);
+        assert!(thinnest < 1e4, "{name}: {thinnest}");
+        let [low, high] = irregular.mesh.bounds();
+        let size = (high - low).max_element();
+        assert!((0.8..1.4).contains(&size), "{name}: {size} m");
+        // On the floor, but not through it.
+        assert!((0.005..0.015).contains(&low.y), "{name}: {low}");
+    }
+}
+
+#[test]
+fn the_rock_has_two_normals_at_creases() {
+    let rock = Irregular::load("mesh_rock");
+    assert_eq!(rock.lines("f").len(), 5120);
+    let mut normals = BTreeMap::<usize, Vec<DVec3>>::new();
+    for (place, normal) in rock.places.iter().zip(&rock.mesh.normals) {
+        normals.entry(*place).or_default().push(*normal);
+    }
+    let normals: Vec<_> = normals.into_values().collect();
+    let creased = share(&normals, |normals| normals.len() > 1);
+    assert!((0.1..0.4).contains(&creased), "{creased}");
+    let is_sharp = |normals: &Vec<DVec3>| normals[0].angle_between(normals[1]) > 0.3;
+    let creases: Vec<_> = normals.into_iter().filter(|n| n.len() > 1).collect();
+    assert!(share(&creases, is_sharp) > 0.8);
+}
+
+#[test]
+fn the_cage_has_uneven_quads_and_triangles_without_normals() {
+    let cage = Irregular::load("mesh_cage");
+    assert_eq!(cage.lines("vn").len(), 0);
+    for (corners, least) in [(4, 300), (3, 50)] {
+        let faces = cage.lines("f").into_iter();
+        let count = faces
+            .filter(|face| face.split(' ').count() == 1 + corners)
+            .count();
+        assert!(count > least, "{count} faces with {corners} corners");
+    }
+    let areas: Vec<f64> = triangles(&cage.mesh)
+        .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
+        .collect();
+    let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+    assert!(share(&areas, |area| *area < 0.65 * mean) > 0.1);
+    assert!(share(&areas, |area| *area > 1.5 * mean) > 0.05);
+}
+
+#[test]
+fn the_scan_has_irregular_triangles_without_normals() {
+    let scan = Irregular::load("mesh_scan");
+    assert_eq!(scan.lines("vn").len(), 0);
+    let valences = scan.valences();
+    assert!(share(&valences, |valence| *valence == 6) < 0.5);
+    assert!(share(&valences, |valence| *valence < 5) > 0.05);
+    assert!(share(&valences, |valence| *valence > 7) > 0.05);
+}
+
+#[test]
+fn the_part_has_slivers_and_doubled_vertices() {
+    let part = Irregular::load("mesh_part");
+    let lines = part.lines("v");
+    let distinct: BTreeSet<_> = lines.iter().collect();
+    assert!(lines.len() as f64 > 1.5 * distinct.len() as f64);
+    assert!(part.lines("vn").len() > 500);
+    let aspects = part.aspects();
+    assert!(share(&aspects, |aspect| *aspect > 20.0) > 0.5);
+    assert!(share(&aspects, |aspect| *aspect > 100.0) > 0.02);
+    // Round faces have smooth normals, flat ones the face's.
+    let flat = |corners: &[u32; 3]| {
+        let normals = corners.map(|i| part.mesh.normals[i as usize]);
+        normals[0] == normals[1] && normals[1] == normals[2]
+    };
+    let share_of_flat = share(&part.mesh.triangles, flat);
+    assert!((0.2..0.5).contains(&share_of_flat), "{share_of_flat}");
+}
+
+#[test]
+fn the_animal_has_one_normal_at_each_vertex() {
+    let animal = Irregular::load("mesh_animal");
+    assert!(animal.lines("vn").len() > 100);
+    let distinct: BTreeSet<_> = animal.places.iter().collect();
+    assert_eq!(distinct.len(), animal.places.len());
+    let valences = animal.valences();
+    assert!(share(&valences, |valence| *valence == 6) < 0.5);
 }
