@@ -243,11 +243,11 @@ impl Irregular {
     fn load(name: &str) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/meshes");
         let scene = scene(&format!("{name}.toml"));
-        let mut meshes = (scene.objects.iter()).filter_map(|object| match &object.geometry {
+        let mesh = (scene.objects.iter()).find_map(|object| match &object.geometry {
             Geometry::Mesh(mesh) => Some(Mesh::clone(mesh)),
             _ => None,
         });
-        let mesh = meshes.next().unwrap();
+        let mesh = mesh.unwrap();
         let mut numbers = HashMap::new();
         let mut number = |position: &DVec3| {
             let next = numbers.len();

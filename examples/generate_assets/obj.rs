@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use super::around;
 
-/// An OBJ file in the making. Equal positions and equal normals are written once.
+/// An OBJ file under construction. Equal positions and equal normals are written once.
 pub struct Obj {
     pub text: String,
     positions: Lines,
@@ -29,7 +29,7 @@ impl Obj {
         }
     }
 
-    /// Writes later vertices anew, even where they equal earlier ones.
+    /// From now on writes new vertices, even where equal ones were written before.
     pub fn stop_sharing(&mut self) {
         self.positions.shared.clear();
         self.normals.shared.clear();
@@ -37,13 +37,13 @@ impl Obj {
 
     /// The corner `position//normal` of a face.
     pub fn corner(&mut self, position: DVec3, normal: DVec3) -> String {
-        let position = self.bare_corner(position);
+        let position = self.corner_without_normal(position);
         let normal = self.normals.index("vn", normal, &mut self.text);
         format!("{position}//{normal}")
     }
 
     /// The corner `position` of a face without normals.
-    pub fn bare_corner(&mut self, position: DVec3) -> String {
+    pub fn corner_without_normal(&mut self, position: DVec3) -> String {
         let index = self.positions.index("v", position, &mut self.text);
         index.to_string()
     }
@@ -72,7 +72,8 @@ impl Obj {
     }
 
     /// Surface that a cubic Bézier curve of (radius, height) sweeps about the y axis, `cells` around and
-    /// along the curve. The front is to the right of the curve, the radius to the right and up up.
+    /// along the curve. The front is to the right of the curve, drawn with the radius to the
+    /// right and the height upward.
     pub fn lathe(&mut self, [a, b, c, d]: [DVec2; 4], cells: [usize; 2]) {
         self.grid(cells, |i, j| {
             let t = j as f64 / cells[1] as f64;
@@ -85,15 +86,15 @@ impl Obj {
         });
     }
 
-    /// Quads of a grid of `cells`² over the square [−1, 1]², which `point` → (position, normal) takes to
-    /// something round by way of [`concentric`](super::concentric).
+    /// Quads of a grid of `cells`² over the square [−1, 1]². `point` → (position, normal) maps the square to a round
+    /// surface with [`concentric`](super::concentric).
     pub fn disc(&mut self, cells: usize, point: impl Fn(DVec2) -> (DVec3, DVec3)) {
         let side = |i: usize| 2.0 * i as f64 / cells as f64 - 1.0;
         for j in 0..cells {
             for i in 0..cells {
                 let mut quad = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-                // A fan starts at the first corner: let the diagonals point to the middle, for on the
-                // square's diagonals the other choice makes slivers of three points of the rim.
+                // Readers cut a quad into a fan from its first corner. The diagonals point to the centre: the others
+                // would make slivers of three points of the rim on the square's diagonals.
                 if (i < cells / 2) != (j < cells / 2) {
                     quad.rotate_left(1);
                 }

@@ -46,7 +46,7 @@ pub struct Arguments {
 const SHIPPED: &str = "assets/scenes";
 /// Those that are charted where none is named: each is hard in a way of its own. `table`, `coffee`
 /// and `pool_sky` are pictures, and would add minutes to say what `ring`, `lamp`, `ball` and `pool` say; the receiver
-/// of `globe` is no rect; the irregular meshes of `mesh_*` are for tests.
+/// of `globe` is not a rect; the irregular meshes of `mesh_*` are for tests.
 const CHARTED: [&str; 9] = [
     "ball", "blocker", "bumps", "corner", "dish", "lamp", "mirror", "pool", "ring",
 ];
@@ -252,9 +252,8 @@ fn add_peers(charts: &mut [SceneChart], peers: &[Peer], plan: &Plan) {
 mod tests {
     use super::*;
 
-    /// A new scene is charted or named here.
     #[test]
-    fn all_shipped_scenes_but_nine_are_charted() {
+    fn every_shipped_scene_is_charted_or_named_here() {
         let mut known = charted_scenes().unwrap();
         for file in &known {
             let scene = load_scene(file).unwrap().scene;

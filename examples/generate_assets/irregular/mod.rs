@@ -1,5 +1,5 @@
 //! Irregular meshes as modellers, scanners and CAD programs export them: closed, about 1 m large.
-//! The other shipped meshes are even grids, on which errors that uneven triangles cause do not show.
+//! The other shipped meshes are regular grids, which hide the errors that uneven triangles cause.
 
 mod animal;
 mod cage;
@@ -37,7 +37,7 @@ impl Polygons {
         let mut obj = Obj::new(comment);
         for face in &self.faces {
             let corners: Vec<_> = (face.iter())
-                .map(|&vertex| obj.bare_corner(self.positions[vertex]))
+                .map(|&vertex| obj.corner_without_normal(self.positions[vertex]))
                 .collect();
             obj.face(&corners);
         }
@@ -56,8 +56,8 @@ impl Polygons {
         obj.text
     }
 
-    /// Moves the lowest point to the height [`BOTTOM`], and rounds all positions. What is decided by them afterwards does
-    /// not depend on the mathematical library.
+    /// Moves the lowest point to the height [`BOTTOM`], and rounds all positions, so that later decisions do not depend
+    /// on the mathematical library.
     fn put_down(&mut self) {
         let lowest = (self.positions.iter()).fold(f64::INFINITY, |y, at| y.min(at.y));
         for position in &mut self.positions {
@@ -65,8 +65,8 @@ impl Polygons {
         }
     }
 
-    /// Cuts quads along the diagonal between their first and third corners, or along the other one. `choose` gets how much
-    /// the quad bends at each, rad, and gives the number of a diagonal, or None to keep the quad.
+    /// Cuts quads along the diagonal of their first and third corners (0) or along the other one (1). `choose` gets the
+    /// angle between the two halves for each diagonal, rad, and returns a diagonal, or None to keep the quad.
     fn cut_quads(&mut self, mut choose: impl FnMut([f64; 2]) -> Option<usize>) {
         let cut = |face: &Vec<usize>| {
             let [a, b, c, d] = face[..] else {

@@ -68,15 +68,15 @@ fn lobe(i: usize) -> DVec2 {
 
 /// Lobes around the bolts, and hollows between the lobes that touch them smoothly.
 fn body() -> Outline {
+    // Angle of a lobe from its own direction to where it touches a hollow.
+    let half = (HOLLOW * DVec2::from_angle(FRAC_PI_3) - LOBE * DVec2::X).to_angle();
+    let part = |segment: usize| 2.0 * segment as f64 / ARC_SEGMENTS as f64 - 1.0;
     let mut outline = Outline::new();
     for i in 0..LOBES {
         let lobe_angle = TAU * i as f64 / LOBES as f64;
         let hollow_angle = lobe_angle + FRAC_PI_3;
         let hollow = HOLLOW * DVec2::from_angle(hollow_angle);
         let hollow_radius = hollow.distance(lobe(i)) - LOBE_RADIUS;
-        // From the lobe's own direction to where it touches the hollow.
-        let half = (HOLLOW * DVec2::from_angle(FRAC_PI_3) - LOBE * DVec2::X).to_angle();
-        let part = |segment: usize| 2.0 * segment as f64 / ARC_SEGMENTS as f64 - 1.0;
         for segment in 0..ARC_SEGMENTS {
             let out = DVec2::from_angle(lobe_angle + half * part(segment));
             outline.push((rounded(lobe(i) + LOBE_RADIUS * out), out));
@@ -101,7 +101,7 @@ fn hole(centre: DVec2, radius: f64, segments: usize) -> Outline {
     circle.map(|(point, out)| (point, -out)).collect()
 }
 
-/// Six decimals. What is decided by rounded points does not depend on the mathematical library.
+/// Six decimals, so that later decisions do not depend on the mathematical library.
 fn rounded(at: DVec2) -> DVec2 {
     (at * 1e6).round() / 1e6
 }
@@ -143,7 +143,7 @@ fn flat(obj: &mut Obj, outline: &Outline, holes: Vec<Outline>, height: f64, norm
     }
 }
 
-/// One polygon, with a cut there and back to each hole, the shortest cuts first.
+/// One polygon: the outline, joined to each hole by a cut that is traversed in both directions, shortest cuts first.
 fn join_holes(outline: &Outline, holes: Vec<Outline>) -> Vec<DVec2> {
     let points = |outline: &Outline| -> Vec<DVec2> { outline.iter().map(|(at, _)| *at).collect() };
     let mut polygon = points(outline);

@@ -6,8 +6,8 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// Stone, 1 m wide: an icosphere of 5120 triangles with hollows like those of flint that flakes were struck off. Between
-/// the hollows are creases, where vertices have one normal for each side.
+/// Stone, 1 m wide: an icosphere of 5120 triangles with hollows, as of chipped flint. Creases
+/// separate the hollows; vertices there have one normal for each side.
 pub fn rock() -> String {
     let chips = chips();
     let (mut directions, triangles) = icosphere(4);
@@ -66,8 +66,8 @@ fn surface(direction: DVec3, chips: &[Chip]) -> (f64, usize) {
     first
 }
 
-/// Where an edge runs over a crease, moves the nearer one of its ends onto the crease. Otherwise the creases would be
-/// as jagged as the triangles.
+/// Moves the nearer end of each edge that crosses a crease onto the crease, which would otherwise be as jagged as the
+/// triangles.
 fn move_onto_creases(directions: &mut [DVec3], triangles: &[[usize; 3]], chips: &[Chip]) {
     // By vertex, the nearest crossing: how far along the edge, at most 0.4 of it, and where.
     let mut crossings: BTreeMap<usize, (f64, DVec3)> = BTreeMap::new();

@@ -15,14 +15,14 @@ pub fn scan() -> String {
     for (vertex, position) in mesh.positions.iter_mut().enumerate() {
         let out = gradient(*position, &rabbit).normalize();
         let bumps = 0.004 * noise(*position / 0.06) + 0.0012 * noise(*position / 0.025);
-        let noise_of_scanner = 0.0003 * (random([vertex as i64, 0, 1]) - 0.5);
-        *position += (bumps + noise_of_scanner) * out;
+        let scanner_noise = 0.0003 * (random([vertex as i64, 0, 1]) - 0.5);
+        *position += (bumps + scanner_noise) * out;
     }
     mesh.put_down();
     let mut quads = 0;
     mesh.cut_quads(|[first, second]| {
         quads += 1;
-        // Of the second diagonal, so that edges do not follow the shape alone.
+        // At random in favour of either diagonal, so that edges do not follow the shape alone.
         let preference = 4f64.powf(2.0 * random([quads, 0, 2]) - 1.0);
         Some(usize::from(second < preference * first))
     });
