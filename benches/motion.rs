@@ -56,7 +56,7 @@ fn main() {
         println!(
             "{:<5} {:>8} {:>9.2} {:>12.2} {:>10.2} {:>10.2} {:>15.2}",
             name.trim_end_matches(".toml"),
-            moving.samples(),
+            moving.samples().unwrap(),
             median(&stills),
             median(&evaluations),
             median(&updates),

@@ -74,14 +74,14 @@ impl Bench {
         let lit = renderer.lit_patches().unwrap().unwrap_or_default();
         let mut text = format!(
             "footprint: {} patches, {lit} lit, L1 {:.2} %\n",
-            renderer.samples(),
+            renderer.samples().unwrap(),
             100.0 * error
         );
         eprintln!("looking for the points of L1 {:.2} %", 100.0 * error);
         let points = self.points_of_error(error);
         text += &match &points {
             Some((renderer, error)) => {
-                let samples = renderer.samples();
+                let samples = renderer.samples().unwrap();
                 format!("points:    {samples}, L1 {:.2} %\n", 100.0 * error)
             }
             None => format!("points:    not as good with {}\n", POINTS[1]),

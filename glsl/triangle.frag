@@ -1,10 +1,16 @@
-// triangle: the triangle's irradiance times the share of the texel that it covers. Sampling at texel centres would miss
-// triangles between the centres, or count their flux several times.
+// triangle: the triangle's irradiance, blurred by the box that stands for a texel and the light's disc. The triangle
+// covers a share of the box around the texel's centre. Sampling at texel centres would miss triangles between the
+// centres, or count their flux several times.
 #version 460
+#extension GL_GOOGLE_include_directive : require
+#include "constants.glsl"
+#include "kernel.glsl"
 
-layout(location = 0) in flat vec4 corners01;
-layout(location = 1) in flat vec2 corner2;
-layout(location = 2) in flat vec3 irradiance;
+layout(location = 0) in flat vec4 to_box;
+layout(location = 1) in flat vec4 corners01;
+layout(location = 2) in flat vec4 corner2_density12;
+layout(location = 3) in flat vec4 irradiance_density0;
+layout(location = 4) in flat vec2 origin;
 layout(location = 0) out vec4 result;
 
 // The integral over y from 0 to 1 of x, clamped to 0 to 1, along the side from a to b; negative where the side runs
@@ -30,11 +36,24 @@ float side_integral(vec2 a, vec2 b) {
     return (forward ? y1 - y0 : y0 - y1) * mean;
 }
 
+// Share of the parallelogram around the texel's centre that the triangle covers, times the triangle's density there.
+float triangle_value(vec2 at) {
+    vec2 centre = mat2(to_box.xy, to_box.zw) * at;
+    vec2 a = corners01.xy - centre;
+    vec2 b = corners01.zw - centre;
+    vec2 c = corner2_density12.xy - centre;
+    // The unit square around the centre.
+    float share = side_integral(a + 0.5, b + 0.5) + side_integral(b + 0.5, c + 0.5) + side_integral(c + 0.5, a + 0.5);
+    // Barycentric coordinates of the centre, clamped to the triangle.
+    vec3 weights = max(vec3(cross2(b, c), cross2(c, a), cross2(a, b)), 0.0);
+    float density = dot(weights, vec3(irradiance_density0.w, corner2_density12.zw)) / (weights.x + weights.y + weights.z);
+    return clamp(share, 0.0, 1.0) * density;
+}
+
 void main() {
-    vec2 origin = gl_FragCoord.xy - 0.5;
-    vec2 a = corners01.xy - origin;
-    vec2 b = corners01.zw - origin;
-    vec2 c = corner2 - origin;
-    float share = side_integral(a, b) + side_integral(b, c) + side_integral(c, a);
-    result = vec4(irradiance * clamp(share, 0.0, 1.0), 0.0);
+    vec2 at = gl_FragCoord.xy - origin;
+    float value = irradiance_density0.w == IS_KERNEL
+        ? kernel_value(to_box.w, quadratic2(to_box.xyz, at - corner2_density12.xy))
+        : triangle_value(at);
+    result = vec4(irradiance_density0.xyz * value, 0.0);
 }

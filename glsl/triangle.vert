@@ -1,18 +1,22 @@
-// triangle: expands triangles into screen-aligned quads. Vertex 4 i + c is corner c of the quad of triangle i.
+// triangle: expands each splat into the quad of the texels that it may touch.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 #include "quad.glsl"
 
 layout(std430, binding = 0) readonly buffer TriangleSplats { TriangleSplat triangle_splats[]; };
-layout(location = 0) out flat vec4 corners01;
-layout(location = 1) out flat vec2 corner2;
-layout(location = 2) out flat vec3 irradiance;
+layout(location = 0) out flat vec4 to_box;
+layout(location = 1) out flat vec4 corners01;
+layout(location = 2) out flat vec4 corner2_density12;
+layout(location = 3) out flat vec4 irradiance_density0;
+layout(location = 4) out flat vec2 origin;
 
 void main() {
     TriangleSplat splat = triangle_splats[gl_VertexIndex / 4];
-    corners01 = vec4(splat.corner0, splat.corner1);
-    corner2 = splat.corner2;
-    irradiance = splat.irradiance;
+    to_box = splat.to_box;
+    corners01 = splat.corners01;
+    corner2_density12 = vec4(splat.corner2, splat.density12);
+    irradiance_density0 = vec4(splat.irradiance, splat.density0);
+    origin = splat.lower;
     gl_Position = clip_position(quad_corner(splat.lower, splat.upper));
 }

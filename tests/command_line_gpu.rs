@@ -283,7 +283,7 @@ fn profile_has_a_row_for_every_pass() {
         let passes: Vec<&str> = (report["passes"].as_array().unwrap().iter())
             .map(|pass| pass["name"].as_str().unwrap())
             .collect();
-        for stage in ["sample", "project triangles", "splat triangles"] {
+        for stage in ["facet flux", "project triangles", "splat triangles"] {
             assert!(passes.contains(&stage), "{passes:?}");
         }
         assert_eq!(passes.contains(&"shade"), command == "render");
@@ -368,8 +368,8 @@ fn validation_messages_exit_with_1_and_write_nothing() {
         let mut too_many = nephroid();
         too_many.arg(command).arg(&mirror).arg("-o").arg(&output);
         too_many.args(["--validate", "--samples=1000000000"]);
-        let parts = ["validation: ", "BestPractices", "patches failed"];
-        refuses(with_complaints(&mut too_many), 5, &parts);
+        let parts = ["validation: ", "BestPractices", "more than fit"];
+        refuses(with_complaints(&mut too_many), 2, &parts);
         assert_eq!(names(folder.path()), Vec::<String>::new());
         // Without the layers, or in their silence, nothing is said.
         with_complaints(&mut run(command, &mirror, &output))

@@ -281,7 +281,8 @@ fn a_flat_mesh_receives_what_a_rect_does() {
             continue;
         }
         for (method_, samples, bound) in [
-            (Method::Footprint, 4096, 0.01),
+            // Kernels of even patches on the mesh, triangles on the rect.
+            (Method::Footprint, 4096, 0.02),
             (Method::Pinhole, 2048, 0.002),
             (Method::Points, 200_000, 0.002),
         ] {

@@ -186,7 +186,7 @@ fn footprints_in_several_batches() {
     renderer.caustic().unwrap();
     // Counted over all batches; one has room for some 200 000.
     let lit = renderer.lit_patches().unwrap().unwrap();
-    assert!(lit > 500_000 && lit < renderer.samples(), "{lit}");
+    assert!(lit > 500_000 && lit < renderer.samples().unwrap(), "{lit}");
     let truth = reference_flux(&scene, REFERENCE_ERROR);
     let error = energy_error(&device, &scene, &settings, &truth);
     let bright = brighter(scene.clone(), 1.01);

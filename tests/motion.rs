@@ -171,7 +171,7 @@ fn a_mirror_turns_to_the_light_and_away() {
             assert!(map.pixels.iter().all(|&rgb| rgb == [0.0; 3]), "{of:?}");
         };
         dark(&mut renderer);
-        assert_eq!(renderer.samples(), 0);
+        assert_eq!(renderer.samples().unwrap(), 0);
         renderer.update(&mirror()).unwrap();
         let alone = device.caustic(&mirror(), "floor", &settings);
         assert!(

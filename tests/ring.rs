@@ -39,7 +39,11 @@ fn footprints_are_within(degrees: f64, samples: u32, bound: f64) -> f64 {
     let mut renderer = device.renderer(&scene, &footprint(samples));
     renderer.caustic().unwrap();
     let lit = renderer.lit_patches().unwrap().expect("one batch");
-    assert!((samples / 4..=samples).contains(&lit), "{lit} footprints");
+    // Three receivers share them.
+    assert!(
+        (samples / 4..=2 * samples).contains(&lit),
+        "{lit} footprints"
+    );
     let map = renderer
         .read_caustic(scene.object_index("floor").unwrap())
         .unwrap();

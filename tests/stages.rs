@@ -11,15 +11,15 @@ mod common;
 use approx::assert_relative_eq;
 use bytemuck::Zeroable;
 use common::Device;
-use glam::{Vec2, Vec3, vec2, vec3};
-use nephroid::gpu::{BoundPipeline, Buffer, Context, Recorder, Resource, Shader, shaders};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles, vec2, vec3, vec4};
+use nephroid::gpu::{BoundPipeline, Buffer, Recorder, Resource, Shader, shaders};
 use nephroid::render::gpu_types::constants::{DIELECTRIC, MIRROR};
 use nephroid::render::gpu_types::{
-    CompactPush, Footprint, Light, Object, Patch, PinholeImage, PlanarReceiver, Profile,
-    ProjectPush,
+    CompactPush, Facet, FacetImage, FacetPatches, FacetPush, Footprint, Light, Normals, NumberPush,
+    Object, Patch, PinholeImage, PlanarReceiver, Profile, ProjectPush, ScanPush, Triangle,
+    TriangleSplat,
 };
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
-use std::sync::Arc;
 
 const SIDE: f32 = 8.0;
 const TEXELS: u32 = 64;
@@ -74,16 +74,39 @@ fn mirror() -> Object {
     }
 }
 
-/// The used slots of one pair, projected by `shader` with nothing in the way.
-fn project<T: bytemuck::Pod>(
+/// Runs `shader` in one thread on buffers with this content, by name, and returns the buffers.
+fn run<P: bytemuck::Pod>(
+    device: &Device,
     shader: &'static Shader,
-    splats: &'static str,
-    (patch, light, object): (&Patch, &Light, &Object),
-    lobes: u32,
-) -> Vec<T> {
-    let device = Device::open();
-    let context: &Arc<Context> = &device.0;
-    let buffer = |name, bytes: &[u8]| Buffer::with_data(context, name, bytes).unwrap();
+    content: &[(&'static str, Vec<u8>)],
+    push: &P,
+) -> Vec<(&'static str, Buffer)> {
+    let context = &device.0;
+    let buffers: Vec<_> = (content.iter())
+        .filter(|(name, _)| (shader.bindings.iter()).any(|binding| binding.name == *name))
+        .map(|(name, bytes)| (*name, Buffer::with_data(context, name, bytes).unwrap()))
+        .collect();
+    let resources: Vec<_> = (buffers.iter())
+        .map(|(name, buffer)| (*name, Resource::Buffer(buffer)))
+        .collect();
+    let pipeline = BoundPipeline::compute(context, shader, [false; 3], &resources).unwrap();
+    let mut recorder = Recorder::new(context).unwrap();
+    recorder.dispatch(&pipeline, push, [1, 1, 1]);
+    recorder.submit().unwrap();
+    buffers
+}
+
+fn read<T: bytemuck::Pod>(buffers: &[(&'static str, Buffer)], name: &str, count: usize) -> Vec<T> {
+    let (_, buffer) = (buffers.iter().find(|(of, _)| *of == name)).unwrap();
+    buffer.read::<T>(count).unwrap()
+}
+
+fn bytes<T: bytemuck::Pod>(values: &[T]) -> Vec<u8> {
+    bytemuck::cast_slice(values).to_vec()
+}
+
+/// What the shaders read of the scene: a sun, the floor and a caster of this kind.
+fn scene(light: &Light, object: &Object) -> Vec<(&'static str, Vec<u8>)> {
     // The bell (1 − t)⁴ for every sharpness.
     let bell = Profile {
         flatness: 0.0,
@@ -91,59 +114,149 @@ fn project<T: bytemuck::Pod>(
         mean: 0.2,
         unused: 0.0,
     };
-    let buffers = [
-        ("triangles", buffer("triangles", &[0; 48])),
-        ("nodes", buffer("nodes", &[0; 64])),
-        ("objects", buffer("objects", bytemuck::bytes_of(object))),
-        ("lights", buffer("lights", bytemuck::bytes_of(light))),
-        (
-            "planar_receivers",
-            buffer("receivers", bytemuck::bytes_of(&floor())),
-        ),
-        ("patches", buffer("patches", bytemuck::bytes_of(patch))),
-        (
-            "profiles",
-            buffer("profiles", bytemuck::bytes_of(&[bell; 2])),
-        ),
-        ("pairs", buffer("pairs", &[0; 8])),
-        ("coarse", buffer("coarse", &[0; 4])),
-        ("counts", buffer("counts", &[0xff; 4 * 64])),
-        ("group_counts", buffer("group counts", &[0xff; 8])),
-        (splats, buffer("splats", &vec![0; 8 * size_of::<T>()])),
-    ];
-    let resources: Vec<_> = (buffers.iter())
-        .map(|(name, buffer)| (*name, Resource::Buffer(buffer)))
-        .collect();
-    let pipeline = BoundPipeline::compute(context, shader, [false; 2], &resources).unwrap();
+    vec![
+        ("nodes", vec![0; 64]),
+        ("objects", bytes(&[*object])),
+        ("lights", bytes(&[*light])),
+        ("planar_receivers", bytes(&[floor()])),
+        ("profiles", bytes(&[bell; 2])),
+        ("coarse", vec![0; 4]),
+    ]
+}
+
+/// The used slots of one pair of cluster and environment cell, projected by `shader` with nothing in the way.
+fn project<T: bytemuck::Pod>(
+    shader: &'static Shader,
+    splats: &'static str,
+    (patch, light, object): (&Patch, &Light, &Object),
+) -> Vec<T> {
+    let device = Device::open();
+    let mut content = scene(light, object);
+    content.extend([
+        ("triangles", vec![0; 48]),
+        ("patches", bytes(&[*patch])),
+        ("pairs", vec![0; 8]),
+        ("counts", vec![0xff; 4 * 64]),
+        ("group_counts", vec![0xff; 8]),
+        (splats, vec![0; 8 * size_of::<T>()]),
+    ]);
     let push = ProjectPush {
         pair_count: 1,
         patch_count: 1,
         receiver_count: 1,
-        lobes,
+        lobes: 1,
         spread: EDGE_SPREAD,
         flat_spread: SPREAD,
         ..ProjectPush::zeroed()
     };
-    let mut recorder = Recorder::new(context).unwrap();
-    recorder.dispatch(&pipeline, &push, [1, 1, 1]);
-    recorder.submit().unwrap();
-    let [.., (_, counts), (_, group_counts), (_, splats)] = &buffers;
-    let count = counts.read::<u32>(1).unwrap()[0];
-    let of_group = group_counts.read::<u32>(2).unwrap();
+    let buffers = run(&device, shader, &content, &push);
+    let count = read::<u32>(&buffers, "counts", 1)[0];
+    let of_group = read::<u32>(&buffers, "group_counts", 2);
     assert_eq!(of_group, [count, count.min(1)]);
-    if count == 0 {
-        return Vec::new();
+    match count {
+        0 => Vec::new(),
+        _ => read(&buffers, splats, count as usize),
     }
-    splats.read::<T>(count as usize).unwrap()
 }
 
-fn footprints(patch: &Patch, object: &Object, lobes: u32) -> Vec<Footprint> {
-    let input = (patch, &sun(), object);
-    project(&shaders::FOOTPRINT_COMP, "footprints", input, lobes)
+fn footprints(patch: &Patch) -> Vec<Footprint> {
+    let input = (patch, &sun(), &mirror());
+    project(&shaders::ENVIRONMENT_FOOTPRINT_COMP, "footprints", input)
+}
+
+/// The facet that is the patch, with what the passes from facets to triangles read.
+fn facet(patch: &Patch, object: &Object) -> Vec<(&'static str, Vec<u8>)> {
+    let triangle = Triangle {
+        position: patch.position - (patch.edge1 + patch.edge2) / 3.0,
+        edge1: patch.edge1,
+        edge2: patch.edge2,
+        ..Triangle::zeroed()
+    };
+    let normals = Normals {
+        n0: patch.normal,
+        n1: patch.normal,
+        n2: patch.normal,
+        ..Normals::zeroed()
+    };
+    let whole = Facet {
+        place: 1 << 16,
+        corner1: 1,
+        corner2: 2,
+        ..Facet::zeroed()
+    };
+    let mut content = scene(&sun(), object);
+    content.extend([
+        ("triangles", bytes(&[triangle])),
+        ("normals", bytes(&[normals])),
+        ("facets", bytes(&[whole])),
+    ]);
+    content
+}
+
+fn facet_push(lobes: u32) -> FacetPush {
+    FacetPush {
+        facet_count: 1,
+        corner_count: 3,
+        light_count: 1,
+        receiver_count: 1,
+        lobes,
+        ..FacetPush::zeroed()
+    }
+}
+
+/// The flux of the facet on the floor, W, and the mask of its lobes.
+fn facet_flux(patch: &Patch, object: &Object, lobes: u32) -> (f32, u32) {
+    let mut content = facet(patch, object);
+    content.extend([
+        ("facet_patches", vec![0; 8]),
+        ("facet_images", vec![0; size_of::<FacetImage>()]),
+        ("visibility", vec![0; 12]),
+    ]);
+    let push = facet_push(lobes);
+    let buffers = run(&Device::open(), &shaders::FACET_FLUX_COMP, &content, &push);
+    let patches = read::<FacetPatches>(&buffers, "facet_patches", 1)[0];
+    let image = read::<FacetImage>(&buffers, "facet_images", 1)[0];
+    // Marks of the corners that rays are needed for.
+    let marks = read::<u32>(&buffers, "visibility", 3);
+    let needed = if patches.targets == 0 { 0 } else { u32::MAX };
+    assert_eq!(marks, [needed; 3]);
+    (image.flux, patches.targets)
+}
+
+/// The triangle of the facet on the floor; `flags` as in patch_splats.glsl.
+fn triangle_splat(patch: &Patch, flags: u32) -> TriangleSplat {
+    let only = FacetPatches {
+        division: 1,
+        targets: 1,
+    };
+    // Words 6 and 7 are the numbers of units of both sums.
+    let totals = bytes(&[0u32, 0, 0, 0, 0, 0, 1, 1, 0]);
+    let mut content = facet(patch, &mirror());
+    content.extend([
+        ("facet_patches", bytes(&[only])),
+        ("facet_images", bytes(&[FacetImage::zeroed()])),
+        ("patch_sums", vec![0; 8]),
+        ("patch_numbers", vec![0; 8]),
+        ("totals", totals.clone()),
+        ("splat_numbers", vec![0; 8]),
+        ("patch_splats", bytes(&[1u32 | 1 << 8 | flags])),
+        ("splat_sums", vec![0; 8]),
+        ("splat_totals", totals),
+        ("triangle_splats", vec![0; size_of::<TriangleSplat>()]),
+        ("quads", vec![0; 24]),
+    ]);
+    let (device, shader) = (Device::open(), &shaders::PROJECT_TRIANGLES_COMP);
+    let buffers = run(&device, shader, &content, &facet_push(1));
+    assert_eq!(read::<u32>(&buffers, "quads", 6), [0, 1, 2, 2, 1, 3]);
+    read(&buffers, "triangle_splats", 1)[0]
 }
 
 fn assert_close2(found: Vec2, expected: Vec2) {
     assert!(found.abs_diff_eq(expected, 2e-4), "{found} {expected}");
+}
+
+fn assert_close4(found: Vec4, expected: Vec4) {
+    assert!(found.abs_diff_eq(expected, 2e-5), "{found} {expected}");
 }
 
 fn assert_close3(found: Vec3, expected: Vec3) {
@@ -167,25 +280,62 @@ fn flux() -> Vec3 {
     IRRADIANCE * COLOR * AREA * FRAC_1_SQRT_2
 }
 
+/// The image has the corners (46⅔, 30⅔), (50⅔, 30⅔) and (46⅔, 34⅔). Without a disc, the blur is a texel.
 #[test]
-fn a_flat_patch_is_projected() {
-    let found = footprints(&upright(2.0), &mirror(), 1);
+fn a_flat_facet_is_a_triangle() {
+    let splat = triangle_splat(&upright(2.0), 0);
+    assert_eq!(splat.lower, vec2(46.0, 30.0));
+    assert_eq!(splat.upper, vec2(51.0, 35.0));
+    assert_close4(splat.to_box, vec4(1.0, 0.0, 0.0, 1.0));
+    let [first, second] = [splat.corners01.xy(), splat.corners01.zw()];
+    let place = |corner: Vec2| splat.lower + corner - 2.0 / 3.0;
+    assert_close2(place(first), vec2(46.0, 30.0));
+    assert_close2(place(second), vec2(50.0, 30.0));
+    assert_close2(place(splat.corner2), vec2(46.0, 34.0));
+    assert_close2(splat.density12, Vec2::ONE);
+    assert_relative_eq!(splat.density0, 1.0, max_relative = 1e-5);
+    assert_close3(splat.irradiance, flux() / (8.0 * TEXEL_AREA));
+}
+
+/// The floor cuts the facet: its upper corner is ⅓ m above, the others are ⅙ m below. What remains is the facet scaled
+/// by ⅔ toward that corner; the cut is found to 1/64 of a side.
+#[test]
+fn a_facet_is_clipped_at_the_receiver() {
+    const CLIPPED: u32 = 1 << 11;
+    let splat = triangle_splat(&upright(0.0), CLIPPED);
+    let corners = [splat.corners01.xy(), splat.corners01.zw(), splat.corner2];
+    let place = |corner: Vec2| splat.lower + corner;
+    let centre = corners.into_iter().map(place).sum::<Vec2>() / 3.0;
+    let expected = vec2(32.0 + 8.0 / 9.0, 32.0 - 8.0 / 18.0);
+    assert!(
+        centre.abs_diff_eq(expected, 8.0 / 64.0),
+        "{centre} {expected}"
+    );
+    let [a, b] = [corners[1] - corners[0], corners[2] - corners[0]];
+    let area = 0.5 * a.perp_dot(b).abs();
+    assert_relative_eq!(area, 8.0 * 4.0 / 9.0, max_relative = 4.0 / 64.0);
+    // The irradiance stays that of the whole facet's image.
+    assert_close3(splat.irradiance, flux() / (8.0 * TEXEL_AREA));
+    // Wholly below.
+    assert_eq!(facet_flux(&upright(-0.5), &mirror(), 1), (0.0, 0));
+}
+
+#[test]
+fn a_close_cluster_has_a_footprint() {
+    let found = footprints(&upright(1.0));
     let [footprint] = found[..] else {
         panic!("{found:?}")
     };
     let (conic, peak) = bell(1.0, flux());
-    assert_close2(footprint.centre, vec2(32.0 + 16.0, 32.0));
+    assert_close2(footprint.centre, vec2(32.0 + 8.0, 32.0));
     assert_close3(footprint.conic, conic);
     assert_close3(footprint.peak, peak);
-    // Half the width of the support: √(12 · 49/12) = 7 texels.
-    assert_close2(footprint.lower, vec2(41.0, 25.0));
-    assert_close2(footprint.upper, vec2(55.0, 39.0));
 }
 
 /// Nearer to the floor the patch's plane, the column 32, cuts the footprint 4 texels from its centre: ℓ = (¼, 0).
 #[test]
 fn a_footprint_is_folded_at_the_plane_of_its_patch() {
-    let found = footprints(&upright(0.5), &mirror(), 1);
+    let found = footprints(&upright(0.5));
     let [footprint, fold] = found[..] else {
         panic!("{found:?}")
     };
@@ -202,26 +352,8 @@ fn a_footprint_is_folded_at_the_plane_of_its_patch() {
     assert_close3(fold.clip, vec3(1.0, 0.0, 0.5 - 4.0));
 }
 
-/// The floor cuts the patch: its upper corner is ⅓ m above, the others are ⅙ m below. What remains is the patch scaled
-/// by ⅔ toward that corner.
-#[test]
-fn a_patch_is_clipped_at_the_receiver() {
-    let found = footprints(&upright(0.0), &mirror(), 1);
-    let [footprint, _fold] = found[..] else {
-        panic!("{found:?}")
-    };
-    let share = 4.0 / 9.0;
-    let (conic, peak) = bell(share, share * flux());
-    // Its centroid is 1/9 m above the floor and 1/18 m toward the far edge.
-    assert_close2(footprint.centre, vec2(32.0 + 8.0 / 9.0, 32.0 - 8.0 / 18.0));
-    assert_close3(footprint.conic, conic);
-    assert_close3(footprint.peak, peak);
-    // Wholly below.
-    assert!(footprints(&upright(-0.5), &mirror(), 1).is_empty());
-}
-
 /// From glass into air at 45°, beyond the critical angle of 41.8°, all light is reflected; from air into glass,
-/// Fresnel's law divides it, and the refracted part lands behind the patch.
+/// Fresnel's law divides it, and both parts land on the floor.
 #[test]
 fn total_reflection_refracts_nothing() {
     let glass = |index: f32| Object {
@@ -229,26 +361,64 @@ fn total_reflection_refracts_nothing() {
         index: Vec3::splat(index),
         ..Object::zeroed()
     };
-    let found = footprints(&upright(2.0), &glass(1.0 / 1.5), 2);
-    let [footprint] = found[..] else {
-        panic!("{found:?}")
-    };
-    let (_, peak) = bell(1.0, IRRADIANCE * AREA * FRAC_1_SQRT_2);
-    assert_close3(footprint.peak, peak);
+    let mean = IRRADIANCE.element_sum() / 3.0 * AREA * FRAC_1_SQRT_2;
+    let (found, lobes) = facet_flux(&upright(2.0), &glass(1.0 / 1.5), 2);
+    assert_relative_eq!(found, mean, max_relative = 1e-5);
+    assert_eq!(lobes, 0b01);
+    let (found, lobes) = facet_flux(&upright(1.0), &glass(1.5), 2);
+    assert_relative_eq!(found, mean, max_relative = 1e-5);
+    assert_eq!(lobes, 0b11);
+}
 
-    let found = footprints(&upright(2.0), &glass(1.5), 2);
-    let [reflected, refracted] = found[..] else {
-        panic!("{found:?}")
+/// 1300 numbers are 21 blocks; 2 · 650 + 1 units of the first sum are two batches of 1000.
+#[test]
+fn numbers_become_prefix_sums() {
+    const COUNT: u32 = 1300;
+    let device = Device::open();
+    let context = &device.0;
+    let numbers: Vec<[u32; 2]> = (0..COUNT).map(|i| [i % 3, u32::from(i % 3 > 0)]).collect();
+    let buffer =
+        |name, words: usize| Buffer::with_data(context, name, &vec![u32::MAX; words]).unwrap();
+    let numbers_buffer = Buffer::with_data(context, "numbers", &numbers).unwrap();
+    let (sums, totals) = (buffer("sums", 2 * 21), buffer("totals", 9 * 3));
+    let [of_numbers, of_sums, of_totals] = [
+        ("numbers", Resource::Buffer(&numbers_buffer)),
+        ("block_sums", Resource::Buffer(&sums)),
+        ("totals", Resource::Buffer(&totals)),
+    ];
+    let pipeline = |shader, resources: &[_]| {
+        BoundPipeline::compute(context, shader, [false; 3], resources).unwrap()
     };
-    // sin θ′ = sin 45°/1.5, and Fresnel's share, the mean over both polarisations.
-    let (c, s) = (FRAC_1_SQRT_2, FRAC_1_SQRT_2 / 1.5);
-    let c2 = (1.0 - s * s).sqrt();
-    let across = (c - 1.5 * c2) / (c + 1.5 * c2);
-    let along = (1.5 * c - c2) / (1.5 * c + c2);
-    let share = 0.5 * (across * across + along * along);
-    assert_close3(reflected.peak, share * peak);
-    // tan of the refracted ray below the horizontal: 2 m down, 2 c2/s m behind.
-    assert_close2(refracted.centre, vec2(32.0 - 8.0 * 2.0 * c2 / s, 32.0));
+    let number = pipeline(&shaders::NUMBER_COMP, &[of_numbers, of_sums]);
+    let scan = pipeline(&shaders::SCAN_COMP, &[of_sums, of_totals]);
+    let mut recorder = Recorder::new(context).unwrap();
+    recorder.dispatch(&number, &NumberPush { count: COUNT }, [64, 1, 1]);
+    recorder.submit().unwrap();
+    let push = ScanPush {
+        block_count: 21,
+        batches: 2,
+        batch_size: 1000,
+    };
+    recorder.dispatch(&scan, &push, [1, 1, 1]);
+    recorder.submit().unwrap();
+    let found = numbers_buffer.read::<[u32; 2]>(COUNT as usize).unwrap();
+    let sums = sums.read::<[u32; 2]>(21).unwrap();
+    let mut expected = [0, 0];
+    for (i, number) in numbers.iter().enumerate() {
+        let sum = [0, 1].map(|k| sums[i / 64][k] + found[i][k]);
+        assert_eq!(sum, expected, "{i}");
+        expected = [0, 1].map(|k| expected[k] + number[k]);
+    }
+    let [units, lit] = expected;
+    assert_eq!([units, lit], [1299, 866]);
+    let totals = totals.read::<u32>(27).unwrap();
+    assert_eq!(
+        totals[..8],
+        [units.div_ceil(64), 1, 1, lit.div_ceil(64), 1, 1, units, lit]
+    );
+    // Threads and indices of both batches.
+    assert_eq!(totals[9..14], [1000_u32.div_ceil(64), 1, 1, 6000, 1]);
+    assert_eq!(totals[18..23], [299_u32.div_ceil(64), 1, 1, 6 * 299, 1]);
 }
 
 /// A cell around the direction of the sun as a pinhole image: the patch is a camera 2 m above the floor.
@@ -263,7 +433,7 @@ fn an_environment_cell_is_imaged() {
     let patch = upright(2.0);
     let images = |patch: &Patch| -> Vec<PinholeImage> {
         let input = (patch, &cell, &mirror());
-        project(&shaders::PINHOLE_IMAGE_COMP, "pinhole_images", input, 1)
+        project(&shaders::PINHOLE_IMAGE_COMP, "pinhole_images", input)
     };
     let found = images(&patch);
     let [image] = found[..] else {
@@ -293,7 +463,7 @@ fn an_environment_cell_is_imaged() {
     let kernels = |patch: &Patch| -> usize {
         let input = (patch, &cell, &mirror());
         let shader = &shaders::ENVIRONMENT_FOOTPRINT_COMP;
-        project::<Footprint>(shader, "footprints", input, 1).len()
+        project::<Footprint>(shader, "footprints", input).len()
     };
     assert_eq!([2.0, 1.0].map(|height| kernels(&upright(height))), [0, 1]);
 }
@@ -326,7 +496,7 @@ fn used_slots_are_listed_in_order() {
         ("arguments", Resource::Buffer(&arguments)),
     ];
     let compact = &shaders::COMPACT_COMP;
-    let pipeline = BoundPipeline::compute(context, compact, [false; 2], &resources).unwrap();
+    let pipeline = BoundPipeline::compute(context, compact, [false; 3], &resources).unwrap();
     let mut recorder = Recorder::new(context).unwrap();
     let push = CompactPush {
         pair_count: PAIRS,

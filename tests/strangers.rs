@@ -300,8 +300,7 @@ fn notes_of_a_kind_are_capped() {
 #[test]
 fn samples_that_cannot_be_met_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let line =
-        "$nephroid bake $scenes/pool.toml --receiver floor --lightmap 16 --samples 100 -o a.exr";
+    let line = "$nephroid bake $scenes/pool.toml --receiver floor --lightmap 16 --method pinhole --samples 100 -o a.exr";
     let (code, message) = refused(folder.path(), line);
     assert_eq!(code, 0, "{message}");
     let expected = "note: 32768 patches are made, not 100: there is one for every triangle";

@@ -30,7 +30,7 @@ fn sample(context: &Arc<Context>, triangles: &Buffer, patches: &Buffer) -> Bound
         ),
         ("patches", Resource::Buffer(patches)),
     ];
-    BoundPipeline::compute(context, &shaders::SAMPLE_COMP, [false; 2], &resources).unwrap()
+    BoundPipeline::compute(context, &shaders::SAMPLE_COMP, [false; 3], &resources).unwrap()
 }
 
 /// What the layers say of `mistake`, up to the end of the device.
@@ -83,7 +83,7 @@ fn reading_beyond_a_buffer_is_caught() {
                 ("arguments", Resource::Buffer(&buffer(context, "arguments"))),
             ];
             let pipeline =
-                BoundPipeline::compute(context, &shaders::COMPACT_COMP, [false; 2], &resources)
+                BoundPipeline::compute(context, &shaders::COMPACT_COMP, [false; 3], &resources)
                     .unwrap();
             let mut recorder = Recorder::new(context).unwrap();
             recorder.dispatch(&pipeline, &[pairs, 2], [1, 1, 1]);

@@ -40,6 +40,17 @@ const uint MESH_FOOTPRINT_SLOTS = 32;
 // Exponent p of the sharpest kernel of the table of profiles. Flat patches use it.
 const float SHARPEST = 7.0;
 
+// Level k of patch shares is FIRST_SHARE / 2^k.
+const uint SHARE_LEVELS = 12;
+const float FIRST_SHARE = 0.001953125;
+// Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
+const float MAX_TRIANGLES_PER_PATCH = 24.0;
+// `TriangleSplat.density0` of a kernel.
+const float IS_KERNEL = -1.0;
+// Largest number of patches along an edge of a facet, and of triangles along an edge of a patch's image.
+const uint MAX_PATCH_DIVISION = 1024;
+const uint MAX_IMAGE_DIVISION = 32;
+
 // Maximum number of samples along the filter of an environment, of pinhole.comp.
 const int MAX_TAPS = 16;
 

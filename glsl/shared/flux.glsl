@@ -1,8 +1,7 @@
 // The flux that a patch reflects and refracts. The including shader declares the buffer `objects` and the push constant
 // `can_occlude`, and includes trace.glsl, light.glsl and optics.glsl.
 
-// Corners of a patch relative to its centroid, as coefficients of edge1 and edge2.
-const vec2 CORNERS[3] = vec2[](vec2(-1.0, -1.0) / 3.0, vec2(2.0, -1.0) / 3.0, vec2(-1.0, 2.0) / 3.0);
+#include "light_axes.glsl"
 
 // Midpoints of a patch's sides relative to its centroid, as coefficients of edge1 and edge2. The mean over the
 // midpoints is exact for a quadratic map. A third of the sum of their squares is the covariance of the patch.
@@ -10,16 +9,6 @@ const vec2 MIDPOINTS[3] = vec2[](vec2(1.0, -2.0) / 6.0, vec2(-2.0, 1.0) / 6.0, v
 
 // Root of that covariance: two offsets, as coefficients of edge1 and edge2.
 const vec2 AXES[2] = vec2[](vec2(0.5, -0.5) * sqrt(1.0 / 6.0), vec2(sqrt(0.5) / 6.0));
-
-// Root of the covariance of the light's directions, rad.
-void light_axes(Light light, LightDisc disc, out vec3 a, out vec3 b) {
-    a = light.axis1;
-    b = light.axis2;
-    if (light.is_lamp == 0) return;
-    basis(disc.direction, a, b);
-    a *= 0.5 * disc.angular_radius;
-    b *= 0.5 * disc.angular_radius;
-}
 
 // Whether the patch is flat: its interpolated normal is constant.
 bool has_constant_normal(Patch patch_) {

@@ -4,6 +4,8 @@
 #include "constants.glsl"
 
 const float PI = 3.14159265358979;
+// Larger than any distance, m. GLSL does not guarantee infinities.
+const float FAR = 3.0e38;
 
 // Geometry of a triangle, in the order of the BVH's leaves.
 struct Triangle {
@@ -202,16 +204,56 @@ struct MeshFootprint {
     float growth;    // relative growth of the beam's width with distance along the ray, 1/m
 };
 
-// The image of a patch on a planar receiver under a narrow light: a triangle of constant irradiance.
+// A caster's triangle, or one of the size^2 equal parts of a coarse one.
+struct Facet {
+    uint triangle;
+    uint place;      // index of the part | size << 16
+    uint corner0;    // indices into FacetCorners
+    uint corner1;
+    uint corner2;
+};
+
+// A corner of facets: a point of a triangle, as coefficients of edge1 and edge2. Facets that share a smooth vertex share
+// the corner.
+struct FacetCorner {
+    uint triangle;
+    float s;
+    float t;
+};
+
+// The patches of a facet under one light: division^2, or none.
+struct FacetPatches {
+    uint division;
+    uint targets;     // bit t is set where the facet may light target t; a target is a receiver and a lobe
+};
+
+// A facet's image on a planar receiver, of both lobes.
+struct FacetImage {
+    float flux;               // W
+    uint deviation_longest;   // two halves: largest distance of a midpoint from the straight side; longest side; texels
+    uint height_blur;         // two halves: height over that side; side of the blur's square; texels
+};
+
+// What a receiver's images are divided for.
+struct ReceiverShare {
+    float flux;        // of all facets, W
+    float patch_share; // part of the flux that a patch has
+    float error;       // estimated relative L1 error
+    uint is_limited;   // 1: patch_budget is too small for the error to aim for
+};
+
+// The image of a part of a patch on a planar receiver under a narrow light: a triangle, blurred by the parallelogram
+// that stands for a texel and the light's disc, or a kernel where the triangle is thin. Positions are in texels of the
+// light-map image, relative to `lower`.
 struct TriangleSplat {
+    vec4 to_box;     // matrix from texels to multiples of the parallelogram's sides, by columns; kernel: conic, flatness
+    vec4 corners01;  // corners in these multiples, counter-clockwise: cross2 > 0
+    vec2 corner2;    // kernel: the centre, in texels
+    vec2 density12;  // relative irradiance at the second and third corner; the mean over the corners is 1
     vec3 irradiance; // W/m^2
-    float unused0;
-    vec2 corner0;    // corners in texels of the light-map image, counter-clockwise: cross2 > 0
-    vec2 corner1;
-    vec2 corner2;
+    float density0;  // that at the first corner; IS_KERNEL: a kernel
     vec2 lower;      // bounds of the texels that the triangle may touch
     vec2 upper;
-    vec2 unused1;
 };
 
 // The flux of one traced point over the area of the texel that it meets.

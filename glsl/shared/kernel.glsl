@@ -4,6 +4,11 @@ vec3 outer2(vec2 v) {
     return vec3(v.x * v.x, v.x * v.y, v.y * v.y);
 }
 
+// R R^T of a root R.
+vec3 covariance_of(mat2 root) {
+    return outer2(root[0]) + outer2(root[1]);
+}
+
 float cross2(vec2 a, vec2 b) {
     return a.x * b.y - a.y * b.x;
 }

@@ -14,10 +14,6 @@ struct Kernel {
     float determinant;
 };
 
-vec3 covariance_of(mat2 root) {
-    return outer2(root[0]) + outer2(root[1]);
-}
-
 // The kernel for the covariance of a patch plus that of a disc-shaped light plus `isotropic` on each axis. The larger
 // the light's share, the flatter the kernel. p is the exponent of the kernel (1 - t)^p that has the kurtosis of a disc
 // with this share convolved with a Gaussian: 0 for the disc alone, unbounded without a disc, and at most `sharpest`

@@ -6,8 +6,6 @@ const uint NO_LINK = 0xffffffffu;
 const float EDGE = 1e-6;
 // Shadow rays to a receiver end at this share of their length, so that the receiver does not occlude itself.
 const float SHADOW_RAY_END = 0.9999;
-// Larger than any distance, m. GLSL does not guarantee infinities.
-const float FAR = 3.0e38;
 
 struct Hit {
     float distance;

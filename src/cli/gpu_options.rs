@@ -22,6 +22,8 @@ use std::time::Instant;
 /// Frames that `--profile` times, and those before that it does not.
 const FRAMES: usize = 50;
 const WARM_UP: usize = 5;
+/// Relative L1 error that `footprint` aims for.
+const DEFAULT_ERROR: f32 = 0.02;
 
 #[derive(Args)]
 pub struct GpuOptions {
@@ -30,10 +32,13 @@ pub struct GpuOptions {
     /// Method that computes the caustic
     #[arg(long, value_parser = method_parser(), default_value = Settings::default().method.name())]
     method: Method,
-    /// Requested patches on the lit side of the casters (at least one per triangle), or points
-    #[arg(long, default_value_t = Settings::default().samples,
-          value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
-    samples: u32,
+    /// Number of patches to aim for (at least one for each lit triangle), or of points [default: 16384]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    samples: Option<u32>,
+    /// footprint: relative L1 error to aim for on flat receivers under suns and lamps [default: 0.02, without
+    /// --samples]
+    #[arg(long, conflicts_with = "samples", value_parser = target_error)]
+    error: Option<f32>,
     /// Size of the light maps in texels: the width, with the height in the scene file's proportion, or
     /// WIDTHxHEIGHT
     #[arg(long)]
@@ -100,6 +105,11 @@ fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
         let value = values.into_iter().find(|&value| name(value) == chosen);
         value.expect("clap accepts these names only")
     })
+}
+
+fn target_error(text: &str) -> Result<f32, String> {
+    let value = text.parse().ok().filter(|x: &f32| (1e-4..=1.0).contains(x));
+    value.ok_or("give a relative error from 0.0001 to 1, such as 0.02 for 2 %".into())
 }
 
 fn not_negative(text: &str) -> Result<f32, String> {
@@ -229,11 +239,19 @@ pub struct CausticReport {
     pub samples: u32,
     /// Patches that throw light on a receiver, counted once a sun.
     pub lit: Option<u32>,
+    /// Estimated relative L1 error of the receiver where it is largest; `None` where it is not estimated.
+    pub estimated_error: Option<f32>,
 }
 
 impl GpuOptions {
     /// Loads the scene, opens the device, uploads the scene at `time`.
     pub fn open(&self, path: &Path, time: f64) -> Result<Session> {
+        if self.error.is_some() && self.method != Method::Footprint {
+            return Err(Error::Usage {
+                reason: format!("{} cannot aim for an error", self.method.name()),
+                remedy: "give --samples, or leave out --method".into(),
+            });
+        }
         let animation = load_scene(path)?.animation;
         let scene = scene_at(&animation, time, self.lightmap);
         let options = ContextOptions {
@@ -244,7 +262,8 @@ impl GpuOptions {
         let complaints = Complaints(context.messages());
         let settings = Settings {
             method: self.method,
-            samples: self.samples,
+            samples: self.samples.unwrap_or(Settings::default().samples),
+            error: self.target(),
             environment_cells: self.environment_cells,
             environment_images: self.environment_images,
             epsilon: self.epsilon,
@@ -263,6 +282,14 @@ impl GpuOptions {
         })
     }
 
+    /// The error to aim for, if there is one.
+    fn target(&self) -> Option<f32> {
+        match self.samples {
+            None if self.method == Method::Footprint => Some(self.error.unwrap_or(DEFAULT_ERROR)),
+            _ => None,
+        }
+    }
+
     /// Does the work, writes its pictures, and prints a report.
     pub fn execute(
         &self,
@@ -279,6 +306,19 @@ impl GpuOptions {
         } else {
             self.still(session, &files.output, job)?
         };
+        let estimated = (report.caustic.as_ref()).and_then(|caustic| caustic.estimated_error);
+        if let Some((asked, estimated)) = self.target().zip(estimated)
+            && estimated > 1.01 * asked
+        {
+            let note = format!(
+                "the estimated error of {:.2} % is above the {:.2} % to aim for: {} patches are the most, or the light's disc \
+                 limits the accuracy",
+                100.0 * estimated,
+                100.0 * asked,
+                nephroid::render::MAX_PATCHES,
+            );
+            log_some("note", &[note]);
+        }
         match self.json {
             true => print_json(&report),
             false => print(&report.text()),
@@ -342,8 +382,9 @@ impl GpuOptions {
         }
         Ok(Some(CausticReport {
             method: self.method,
-            samples: renderer.samples(),
+            samples: renderer.samples()?,
             lit: renderer.lit_patches()?,
+            estimated_error: renderer.estimated_error()?,
         }))
     }
 
@@ -439,6 +480,9 @@ impl Report {
                 .lit
                 .map_or(String::new(), |count| format!(", {count} lit"));
             lines.push(format!("method  {method}, {} {unit}{lit}", caustic.samples));
+            if let Some(error) = caustic.estimated_error {
+                lines.push(format!("estimated error  {:.1} %", 100.0 * error));
+            }
         }
         lines.push(format!("frame   {:.2} ms", 1e3 * self.frame.median));
         if let Some(update) = &self.update {

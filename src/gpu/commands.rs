@@ -74,8 +74,9 @@ impl Recorder {
         };
     }
 
-    /// Draws into `target` the vertices that `indices` (u32) name, as many as `arguments` (a
-    /// `VkDrawIndexedIndirectCommand`) say. `clear`: it is all zero before.
+    /// Draws into `target` the vertices that `indices` (u32) name, as many as the `VkDrawIndexedIndirectCommand` at byte
+    /// `offset` of `arguments` says. `clear`: it is all zero before.
+    #[allow(clippy::too_many_arguments)]
     pub fn draw_indexed_indirect<P: Pod>(
         &mut self,
         pipeline: &BoundPipeline,
@@ -84,6 +85,7 @@ impl Recorder {
         push: &P,
         indices: &Buffer,
         arguments: &Buffer,
+        offset: u64,
     ) {
         self.begin_rendering(target, clear);
         self.use_pipeline(pipeline, push);
@@ -91,7 +93,7 @@ impl Recorder {
         // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
         unsafe {
             device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
-            device.cmd_draw_indexed_indirect(commands, arguments.handle, 0, 1, 0);
+            device.cmd_draw_indexed_indirect(commands, arguments.handle, offset, 1, 0);
             device.cmd_end_rendering(commands);
         }
     }

@@ -12,7 +12,7 @@ pub enum Topology {
 }
 
 /// Specialisation constants, by their ids.
-pub type Constants = [bool; 2];
+pub type Constants = [bool; 3];
 
 /// A compute pipeline. A shader need not have all of the `constants`.
 ///
@@ -27,7 +27,7 @@ pub fn compile_compute(
     let module = Module::new(context, shader)?;
     let values = constants.map(vk::Bool32::from);
     let size = size_of::<vk::Bool32>();
-    let entries = [0, 1].map(|id| {
+    let entries = [0, 1, 2].map(|id| {
         vk::SpecializationMapEntry::default()
             .constant_id(id)
             .offset(id * size as u32)

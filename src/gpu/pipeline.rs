@@ -124,7 +124,7 @@ impl BoundPipeline {
         let source = Source {
             first: vertex,
             fragment: Some((fragment, topology)),
-            constants: [false; 2],
+            constants: [false; 3],
         };
         Self::new(context, &source, resources)
     }

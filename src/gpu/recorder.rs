@@ -95,7 +95,7 @@ impl Recorder {
         self.refused.take().map_or(Ok(()), Err)
     }
 
-    fn is_ours(&self) -> bool {
+    pub fn is_ours(&self) -> bool {
         self.pool != vk::CommandPool::null()
     }
 

@@ -347,12 +347,12 @@ pub fn sweep(
             };
             let mut renderer = Renderer::new(context, &scene, &settings)?;
             let too_many = 4 * plan.most_pinhole_patches;
-            if settings.method == Method::Pinhole && renderer.samples() > too_many {
+            if settings.method == Method::Pinhole && renderer.samples()? > too_many {
                 // There is at least one patch a triangle, and frames would take minutes.
                 continue;
             }
-            let fewest = renderer.samples() > samples;
-            if fewest && last.is_some_and(|last| last.samples == u64::from(renderer.samples())) {
+            let made = renderer.samples()?;
+            if made > samples && last.is_some_and(|last| last.samples == u64::from(made)) {
                 // There is at least one patch a triangle, however few are asked for.
                 continue;
             }
@@ -367,7 +367,7 @@ pub fn sweep(
                 });
             }
             let map = renderer.read_caustic(receiver)?;
-            let point = truth.judge(&map, &settings, renderer.samples(), timing)?;
+            let point = truth.judge(&map, &settings, renderer.samples()?, timing)?;
             measured[index].push(Measured {
                 point,
                 thumbnail: thumbnail(&map),

@@ -8,10 +8,11 @@ use crate::error::{Error, Result};
 use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging};
 use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
-use crate::render::gpu_types::{Light, Object as DeviceObject, Profile};
-use crate::render::lights::{DeviceLights, EnvironmentLight, LightGroup, Source, is_narrow, pack};
+use crate::render::gpu_types::{Object as DeviceObject, Profile};
+use crate::render::lights::{DeviceLights, EnvironmentLight, LightGroup, Source, pack};
 use crate::render::materials::objects;
 use crate::render::patches::casters::DeviceCasters;
+use crate::render::patches::facets::{DeviceFacets, FIRST_BUDGET};
 use crate::render::receivers::light_maps::DeviceReceivers;
 use crate::render::receivers::mesh::atlases;
 use crate::render::settings::{Area, Method, Settings};
@@ -26,7 +27,10 @@ pub struct DeviceScene {
     pub environment: DeviceEnvironment,
     pub receivers: DeviceReceivers,
     pub casters: DeviceCasters,
+    pub facets: DeviceFacets,
     pub staging: Staging,
+    /// Patches beyond one for each pair of facet and light that buffers hold, for an error to aim for.
+    pub patch_budget: u32,
     /// The scene that the device has.
     pub scene: Scene,
     objects: Buffer,
@@ -50,18 +54,21 @@ impl DeviceScene {
         let environment = DeviceEnvironment::new(context, &mut staging, scene)?;
         let all_lit = environment.is_present && settings.method == Method::Pinhole;
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
+        let facets = DeviceFacets::new(context, &mut staging, scene, &geometry.store, settings)?;
         let profile_table = profiles();
         let profiles = Buffer::new(context, "profiles", size_of_val(&*profile_table) as u64)?;
         staging.write::<Profile>(&profiles, 0, &profile_table)?;
         let object_bytes = scene.objects.len() * size_of::<DeviceObject>();
         let mut device = Self {
-            lights: DeviceLights::new(context, scene, settings.method)?,
+            lights: DeviceLights::new(context, scene)?,
             objects: Buffer::new(context, "objects", object_bytes as u64)?,
             geometry,
             environment,
             receivers,
             casters,
+            facets,
             staging,
+            patch_budget: FIRST_BUDGET,
             scene: scene.clone(),
             profiles,
             settings: settings.clone(),
@@ -90,6 +97,9 @@ impl DeviceScene {
             .collect();
         let is_rebuilt = self.geometry.update(staging, scene, &moved)?;
         let store = &self.geometry.store;
+        if is_rebuilt {
+            (self.facets).renumber(staging, scene, store, &self.settings)?;
+        }
         let meshes = self.receivers.mesh_tiles();
         let meshes_moved = is_rebuilt || meshes.iter().any(|tile| moved.contains(&tile.object));
         self.receivers.update(staging, scene, store, meshes_moved)?;
@@ -110,16 +120,13 @@ impl DeviceScene {
             &self.settings,
         )?;
         lights.extend(changed.suns);
-        let is_narrow = |light: &Light| is_narrow(scene, store, &receivers.planar_now, light);
-        (self.lights).update(staging, &lights, changed.is_another, is_narrow)?;
-        let outgrown = (self.casters).update(
-            context,
-            staging,
-            scene,
-            store,
-            &lights,
-            self.settings.samples,
-        )?;
+        self.lights.update(staging, &lights)?;
+        let samples = self.settings.samples;
+        // On planar receivers, facets take the place of even patches.
+        let has_even_patches =
+            self.settings.method != Method::Footprint || self.receivers.mesh_count() > 0;
+        let outgrown = has_even_patches
+            && (self.casters).update(context, staging, scene, store, &lights, samples)?;
         self.scene = scene.clone();
         self.is_stale = false;
         Ok(outgrown || changed.is_another && self.environment.pairs.is_some())
@@ -167,14 +174,19 @@ impl DeviceScene {
         let only_mirrors = self.casters.lobes == 1;
         let Settings { method, area, .. } = self.settings;
         let area_by_product = method == Method::Beams && area == Area::Product;
-        let constants = [only_mirrors, area_by_product];
+        let constants = [only_mirrors, area_by_product, method == Method::Beams];
         BoundPipeline::compute(context, shader, constants, &[own, &shared].concat())
     }
 
-    /// The lights of `source` with the number of their patches.
-    pub fn groups(&self, source: Source) -> impl Iterator<Item = LightGroup> + '_ {
-        let environment = (source == Source::Environment).then(|| self.environment.group());
-        (self.lights.groups(source, self.casters.patch_count)).chain(environment.flatten())
+    /// The lights of `source` with the number of their patches, if there are any.
+    pub fn group(&self, source: Source) -> Option<LightGroup> {
+        match source {
+            Source::Environment => self.environment.group(),
+            Source::Suns => (self.lights.count > 0).then_some(LightGroup {
+                light_count: self.lights.count,
+                patch_count: self.casters.patch_count,
+            }),
+        }
     }
 
     /// Maximum number of pairs of patch and light for `source`.
@@ -183,7 +195,7 @@ impl DeviceScene {
             Source::Environment => {
                 (self.environment.pairs.as_ref()).map_or(0, |pairs| pairs.pair_count)
             }
-            _ => self.casters.patch_capacity * self.lights.count(),
+            _ => self.casters.patch_capacity * self.lights.count,
         }
     }
 

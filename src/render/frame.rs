@@ -1,18 +1,22 @@
 //! The frame: every pass and every barrier, in order.
 //!
 //! ```text
-//! upload ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate      the caustic
-//!                                                 direct ─► dilate ─► shade  the view
+//! upload ─► facet flux ─► count ─► trace ─► count ─► project ─► splat ─► resolve     suns on planar receivers
+//!        ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate               mesh receivers, environments
+//!        ─► direct ─► dilate ─► shade                                                the view
 //! ```
-//! sample divides the casters' lit triangles into patches, the paper's sample points. Each patch is a pinhole camera:
-//! project computes the image of each light on each receiver, as a splat. compact lists the splats, and splat adds them
-//! to the light maps, wide ones to coarser levels, which resolve adds up. The method `pinhole` gathers over the patches
-//! at every texel instead, as the paper does, and `points` splats single texels.
+//! The casters' triangles are facets. facet flux finds the light that each sends to the receivers; by it, facets are counted
+//! into patches, the paper's sample points, and their corners are traced. Each patch is a pinhole camera: project computes
+//! the image of a light on a receiver, in as many splats as it needs, and splat adds them to the light maps, wide ones to
+//! coarser levels, which resolve adds up. Meshes and environments are lit by patches of even size: sample makes them, and
+//! compact lists their splats. The method `pinhole` gathers over these patches at every texel instead, as the paper does,
+//! and `points` splats single texels.
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{GroupRect, bands, first_groups, group_count};
+use crate::render::lights::Source;
 use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::{self, Sample};
@@ -21,6 +25,7 @@ use crate::render::receivers::light_maps::MAX_LEVEL;
 use crate::render::splat::list::Batch;
 use crate::render::splat::projector::Projector;
 use crate::render::splat::resolve::Resolve;
+use crate::render::splat::triangles::Triangles;
 use crate::render::view::camera::Shade;
 use crate::render::view::direct::Direct;
 use crate::scene::Camera;
@@ -45,7 +50,9 @@ pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
 /// The stages of a method.
 pub enum Caustic {
     Splat {
-        sample: Sample,
+        /// For the projectors.
+        sample: Option<Sample>,
+        triangles: Option<Box<Triangles>>,
         projectors: Vec<Projector>,
         resolve: Option<Resolve>,
     },
@@ -76,11 +83,18 @@ pub fn caustic(
 ) -> Result<()> {
     let has_patches = scene.casters.patch_count > 0;
     let draws = match stages {
-        Caustic::Splat { projectors, .. } => (projectors.iter()).any(|projector| {
-            scene
-                .groups(projector.source)
-                .any(|group| group.pairs() > 0)
-        }),
+        Caustic::Splat {
+            triangles,
+            projectors,
+            ..
+        } => {
+            triangles.is_some()
+                || (projectors.iter()).any(|projector| {
+                    scene
+                        .group(projector.source)
+                        .is_some_and(|group| group.pairs() > 0)
+                })
+        }
         Caustic::Points(points) => points.count > 0 && scene.casters.lit_count > 0,
         Caustic::Gather { .. } => false,
     };
@@ -92,13 +106,17 @@ pub fn caustic(
     match stages {
         Caustic::Splat {
             sample,
+            triangles,
             projectors,
             resolve,
         } => {
-            if has_patches {
+            zero(recorder, projectors, resolve.as_ref())?;
+            if let Some(triangles) = triangles {
+                splat_triangles(recorder, scene, triangles, light_map, &mut clear)?;
+            }
+            if let Some(sample) = sample.as_ref().filter(|_| has_patches) {
                 sample_patches(recorder, scene, sample)?;
             }
-            zero(recorder, projectors, resolve.as_ref())?;
             for projector in projectors {
                 splat(recorder, scene, projector, light_map, &mut clear)?;
             }
@@ -227,34 +245,132 @@ fn splat(
     clear: &mut bool,
 ) -> Result<()> {
     let (list, passes) = (&projector.list, projector.passes);
-    for group in scene.groups(projector.source) {
-        let first = scene.first_pairs();
-        recorder.tiled(passes.work, group.pairs(), first, |r, done, limit| {
-            let batch = Batch {
-                group,
-                first_pair: done as u32,
-                pair_count: limit.min(list.capacity.into()) as u32,
-            };
-            r.pass(passes.project, |r| {
-                projector.record_project(r, scene, batch);
-                r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
-            })?;
-            r.pass(passes.compact, |r| {
-                list.record_compact(r, batch.pair_count);
-                r.barrier(Access::COMPUTE_WRITE, LIST_READ);
-            })?;
-            r.pass(passes.splat, |r| {
-                projector.record_splat(r, light_map, *clear);
-                // The next batch overwrites the buffers that this one reads, and blends into the same texels.
-                r.barrier(
-                    Access::BLEND.and(LIST_READ).and(Access::FRAGMENT_READ),
-                    Access::BLEND.and(Access::COMPUTE),
-                );
-            })?;
-            *clear = false;
-            Ok(batch.pair_count.into())
+    let Some(group) = scene.group(projector.source) else {
+        return Ok(());
+    };
+    let first = scene.first_pairs();
+    recorder.tiled(passes.work, group.pairs(), first, |r, done, limit| {
+        let batch = Batch {
+            group,
+            first_pair: done as u32,
+            pair_count: limit.min(list.capacity.into()) as u32,
+        };
+        r.pass(passes.project, |r| {
+            projector.record_project(r, scene, batch);
+            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
+        })?;
+        r.pass(passes.compact, |r| {
+            list.record_compact(r, batch.pair_count);
+            r.barrier(Access::COMPUTE_WRITE, LIST_READ);
+        })?;
+        r.pass(passes.splat, |r| {
+            projector.record_splat(r, light_map, *clear);
+            // The next batch overwrites the buffers that this one reads, and blends into the same texels.
+            r.barrier(
+                Access::BLEND.and(LIST_READ).and(Access::FRAGMENT_READ),
+                Access::BLEND.and(Access::COMPUTE),
+            );
+        })?;
+        *clear = false;
+        Ok(batch.pair_count.into())
+    })?;
+    Ok(())
+}
+
+/// Chooses the patches of suns and lamps and the triangles of their images, and adds the triangles to the light maps.
+fn splat_triangles(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    triangles: &Triangles,
+    light_map: &Image,
+    clear: &mut bool,
+) -> Result<()> {
+    let next = |r: &mut Recorder| {
+        r.barrier(
+            Access::COMPUTE_WRITE,
+            Access::COMPUTE.and(Access::INDIRECT_READ),
+        )
+    };
+    let Some(group) = scene.group(Source::Suns) else {
+        return Ok(());
+    };
+    recorder.pass("clear counts", |r| {
+        triangles.record_clear(r);
+        r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
+    })?;
+    recorder.pass("facet flux", |r| {
+        triangles.record_facet_flux(r, scene, group);
+        next(r);
+    })?;
+    recorder.pass("total flux", |r| {
+        triangles.record_total_flux(r, scene, group);
+        next(r);
+    })?;
+    let is_traced = scene.geometry.can_occlude && triangles.traces_corners;
+    if is_traced {
+        recorder.pass("trace facets", |r| {
+            triangles.record_trace_facets(r, scene, group);
+            next(r);
         })?;
     }
+    recorder.pass("choose shares", |r| {
+        if triangles.has_target() {
+            triangles.record_facet_error(r, scene, group);
+            next(r);
+        }
+        triangles.record_choose_share(r, scene, group);
+        next(r);
+    })?;
+    recorder.pass("count patches", |r| {
+        triangles.record_facet_count(r, scene, group);
+        next(r);
+    })?;
+    recorder.pass("number patches", |r| {
+        triangles.record_number_patches(r, scene, group);
+        next(r);
+        triangles.record_scan_patches(r, scene, group);
+        next(r);
+    })?;
+    if is_traced {
+        recorder.pass("trace patches", |r| {
+            triangles.record_trace_patches(r, scene, group);
+            next(r);
+        })?;
+    }
+    recorder.pass("count triangles", |r| {
+        triangles.record_patch_count(r, scene, group);
+        next(r);
+    })?;
+    recorder.pass("number triangles", |r| {
+        triangles.record_number_triangles(r);
+        next(r);
+        triangles.record_scan_triangles(r);
+        next(r);
+    })?;
+    // A host's frame records as many batches as there may be; ours looks.
+    let mut batches = triangles.batches;
+    if recorder.is_ours() {
+        recorder.submit()?;
+        batches = triangles.batches_in_use()?;
+    }
+    recorder.tiled("triangles", batches.into(), 1, |r, batch, _| {
+        let batch = batch as u32;
+        r.pass("project triangles", |r| {
+            triangles.record_project(r, scene, group, batch);
+            r.barrier(Access::COMPUTE_WRITE, LIST_READ);
+        })?;
+        r.pass("splat triangles", |r| {
+            triangles.record_splat(r, light_map, batch, *clear);
+            r.barrier(
+                Access::BLEND.and(LIST_READ),
+                Access::BLEND
+                    .and(Access::COMPUTE)
+                    .and(Access::TRANSFER_WRITE),
+            );
+        })?;
+        *clear = false;
+        Ok(1)
+    })?;
     Ok(())
 }
 

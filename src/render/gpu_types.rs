@@ -2,7 +2,7 @@
 //! GLSL file documents meanings and units.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{UVec2, UVec3, UVec4, Vec2, Vec3};
+use glam::{UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
 
 /// Declares `#[repr(C)]` structs and the list of their offsets.
 macro_rules! mirrors {
@@ -73,9 +73,14 @@ mirrors! {
         conic: Vec3, tolerance: f32, peak: Vec3, base: i32, occluder: Vec3, stride: i32,
         occluder_normal: Vec3, growth: f32,
     }
+    Facet { triangle: u32, place: u32, corner0: u32, corner1: u32, corner2: u32, }
+    FacetCorner { triangle: u32, s: f32, t: f32, }
+    FacetPatches { division: u32, targets: u32, }
+    FacetImage { flux: f32, deviation_longest: u32, height_blur: u32, }
+    ReceiverShare { flux: f32, patch_share: f32, error: f32, is_limited: u32, }
     TriangleSplat {
-        irradiance: Vec3, unused0: f32,
-        corner0: Vec2, corner1: Vec2, corner2: Vec2, lower: Vec2, upper: Vec2, unused1: Vec2,
+        to_box: Vec4, corners01: Vec4, corner2: Vec2, density12: Vec2,
+        irradiance: Vec3, density0: f32, lower: Vec2, upper: Vec2,
     }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
@@ -83,9 +88,17 @@ mirrors! {
     SamplePush { first_patch: u32, patch_count: u32, lit_triangle_count: u32, }
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32,
-        first_light: u32, receiver_count: u32, lobes: u32, spread: f32,
+        receiver_count: u32, lobes: u32, spread: f32,
         flat_spread: f32, can_occlude: u32,
     }
+    FacetPush {
+        facet_count: u32, corner_count: u32, light_count: u32,
+        receiver_count: u32, lobes: u32, can_occlude: u32, division: u32,
+        error: f32, patch_share: f32, patch_budget: u32, is_lattice: u32, first_splat: u32,
+    }
+    TotalPush { pair_count: u32, receiver_count: u32, }
+    NumberPush { count: u32, }
+    ScanPush { block_count: u32, batches: u32, batch_size: u32, }
     CompactPush { pair_count: u32, slots: u32, }
     LevelsPush { receiver_count: u32, rows: u32, }
     DilatePush { receiver: u32, first_row: u32, }

@@ -33,7 +33,7 @@ use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watc
 use crate::image_file::RgbImage;
 use crate::render::device_scene::DeviceScene;
 use crate::render::frame::Caustic;
-use crate::render::lights::Source;
+pub use crate::render::patches::facets::MAX_BUDGET as MAX_PATCHES;
 use crate::render::receivers::dilate::Dilate;
 use crate::render::view::camera::Shade;
 use crate::render::view::direct::Direct;
@@ -106,6 +106,8 @@ pub struct Renderer {
     recorder: Recorder,
     /// Replaced stages that frames in flight may still use, each with the number of frames that it must be kept.
     retired: VecDeque<(u32, Caustic)>,
+    /// Whether a caustic was recorded, so that its counts are defined.
+    has_caustic: bool,
 }
 
 impl Renderer {
@@ -155,6 +157,7 @@ impl Renderer {
             shade: None,
             recorder,
             retired: VecDeque::new(),
+            has_caustic: false,
         })
     }
 
@@ -252,22 +255,20 @@ impl Renderer {
             let note = "no caustic: nothing in the scene reflects or refracts light";
             notes.push(note.into());
         }
-        notes.extend((self.scene.casters).note(self.settings.method, self.settings.samples));
+        if self.caustic.has_even_patches() {
+            notes.extend(self.scene.casters.note(self.settings.samples));
+        }
         notes.extend(diagnostics::sentences(&self.scene, environment_counts));
         notes
     }
 
-    /// Number of patches or points in use, including the environment's patch clusters.
-    pub fn samples(&self) -> u32 {
-        let casters = &self.scene.casters;
-        match &self.caustic {
-            Caustic::Points(points) if casters.lit_count > 0 => points.count,
-            Caustic::Points(_) => 0,
-            _ => {
-                let pairs = self.scene.environment.pairs.as_ref();
-                casters.patch_count + pairs.map_or(0, |pairs| pairs.patch_count)
-            }
-        }
+    /// Number of patches or points of the last [`Renderer::caustic`], including the environment's patch clusters. Patches
+    /// that follow the flux are counted from the first one on.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn samples(&self) -> Result<u32> {
+        self.caustic.sample_count(&self.scene, self.has_caustic)
     }
 
     /// Number of patches that lit a receiver in the last [`Renderer::caustic`], counted once for each light. `None` for
@@ -276,19 +277,22 @@ impl Renderer {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn lit_patches(&self) -> Result<Option<u32>> {
-        let Caustic::Splat { projectors, .. } = &self.caustic else {
-            return Ok(None);
-        };
-        let planar = |source| matches!(source, Source::Narrow | Source::Wide);
-        if self.settings.method != Method::Footprint
-            || !projectors.iter().all(|projector| planar(projector.source))
-        {
-            return Ok(None);
+        match self.settings.method {
+            Method::Footprint => self.caustic.lit_patches(),
+            _ => Ok(None),
         }
-        (projectors.iter())
-            .map(|projector| Ok(projector.list.arguments.read::<u32>(7)?[6]))
-            .sum::<Result<u32>>()
-            .map(Some)
+    }
+
+    /// Estimated relative L1 error of the caustic on the receiver where it is largest, of the last [`Renderer::caustic`].
+    /// `None` without an error to aim for, under an environment, or if a receiver is a mesh.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn estimated_error(&self) -> Result<Option<f32>> {
+        match self.settings.method {
+            Method::Footprint if self.has_caustic => self.caustic.estimated_error(),
+            _ => Ok(None),
+        }
     }
 
     /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
@@ -314,6 +318,7 @@ impl Renderer {
     fn record_caustic(&mut self) -> Result<()> {
         frame::upload(&mut self.recorder, &mut self.scene)?;
         let dilate = self.dilate.as_ref().map(|[of_caustic, _]| of_caustic);
+        self.has_caustic = true;
         frame::caustic(
             &mut self.recorder,
             &self.scene,
@@ -347,9 +352,19 @@ impl Renderer {
     /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so, [`Error::Host`] on the
     /// device of a host.
     pub fn caustic(&mut self) -> Result<()> {
-        self.begin()?;
-        self.record_caustic()?;
-        self.recorder.submit()
+        loop {
+            self.begin()?;
+            self.record_caustic()?;
+            self.recorder.submit()?;
+            let budget = self.scene.patch_budget;
+            let is_enough = self.settings.error.is_none() || budget >= MAX_PATCHES;
+            if is_enough || !self.caustic.is_limited()? {
+                return Ok(());
+            }
+            self.scene.patch_budget = budget * 4;
+            self.caustic =
+                stages::caustic(&self.context, &self.scene, &self.light_map, &self.settings)?;
+        }
     }
 
     /// Renders the direct light of all lights into the direct maps and waits for it.
@@ -369,6 +384,10 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::caustic`].
     pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
+        if self.settings.error.is_some() && !self.has_caustic {
+            // Finds how many patches the error needs.
+            self.caustic()?;
+        }
         self.begin()?;
         if self.shade.as_ref().is_none_or(|shade| shade.size() != size) {
             let maps = [&self.light_map, &self.direct_map];

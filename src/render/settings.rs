@@ -57,6 +57,10 @@ pub struct Settings {
     pub method: Method,
     /// Number of patches to aim for on the casters' lit triangles (at least one per triangle), or number of points.
     pub samples: u32,
+    /// `footprint`: relative L1 error to aim for on planar receivers under suns and lamps, where it then decides the number
+    /// of patches in every frame. `None`: `samples` decides there, too. Buffers for more patches are made by
+    /// [`super::Renderer::caustic`], not by frames of a host.
+    pub error: Option<f32>,
     /// `footprint`: maximum number of environment cells (at least 8).
     pub environment_cells: u32,
     /// `footprint`: pairs of environment cell and patch cluster per sample. The number is scaled by the environment's
@@ -77,6 +81,7 @@ impl Default for Settings {
         Self {
             method: Method::Footprint,
             samples: 16_384,
+            error: None,
             environment_cells: 4096,
             environment_images: 4,
             epsilon: 1.0,

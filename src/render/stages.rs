@@ -13,7 +13,7 @@ use crate::render::splat::footprints::footprints;
 use crate::render::splat::mesh_footprints::mesh_footprints;
 use crate::render::splat::pinhole_images::pinhole_images;
 use crate::render::splat::resolve::{Levels, Resolve};
-use crate::render::splat::triangles::triangles;
+use crate::render::splat::triangles::Triangles;
 use std::sync::Arc;
 
 /// # Errors
@@ -28,9 +28,8 @@ pub fn caustic(
         let points = Points::new(context, scene, settings.samples)?;
         return Ok(Caustic::Points(points));
     }
-    let sample = Sample::new(context, scene)?;
     match settings.method {
-        Method::Footprint => by_footprints(context, scene, light_map, sample),
+        Method::Footprint => by_footprints(context, scene, light_map, settings),
         Method::Beams => {
             if let Some(tile) = scene.receivers.mesh_tiles().first() {
                 return Err(Error::Usage {
@@ -41,61 +40,163 @@ pub fn caustic(
                     remedy: "choose another method, or remove the object's `lightmap`".into(),
                 });
             }
-            let projector = triangles(context, scene, &sample.patches)?;
+            let levels = Levels::new(context, scene)?;
+            let triangles = match scene.group(Source::Suns) {
+                Some(_) => Some(Box::new(Triangles::new(context, scene, &levels, settings)?)),
+                None => None,
+            };
             Ok(Caustic::Splat {
-                sample,
-                projectors: vec![projector],
-                resolve: None,
+                sample: None,
+                triangles,
+                projectors: Vec::new(),
+                resolve: Some(Resolve::new(context, scene, levels, light_map)?),
             })
         }
         _ => {
+            let sample = Sample::new(context, scene)?;
             let pinhole = Pinhole::new(context, scene, &sample.patches, light_map, settings)?;
             Ok(Caustic::Gather { sample, pinhole })
         }
     }
 }
 
-/// Triangles for narrow lights and footprints for wide ones; wide footprints go to coarser levels. For an environment,
-/// pinhole images where patch clusters act as pinholes, and footprints elsewhere.
+/// On planar receivers, images of facets for suns and lamps; for an environment, pinhole images where patch clusters act as
+/// pinholes, and footprints elsewhere. On mesh receivers, footprints.
 fn by_footprints(
     context: &Arc<Context>,
     scene: &DeviceScene,
     light_map: &Image,
-    sample: Sample,
+    settings: &Settings,
 ) -> Result<Caustic> {
-    let patches = &sample.patches;
-    let mut projectors = Vec::new();
-    let mut resolve = None;
-    let has = |source| scene.groups(source).next().is_some();
-    if scene.receivers.planar_count > 0 {
-        if has(Source::Narrow) {
-            projectors.push(triangles(context, scene, patches)?);
+    let has_suns = scene.group(Source::Suns).is_some();
+    let (planar, meshes) = (scene.receivers.planar_count, scene.receivers.mesh_count());
+    let sample = match meshes > 0 && has_suns {
+        true => Some(Sample::new(context, scene)?),
+        false => None,
+    };
+    let (mut triangles, mut projectors, mut resolve) = (None, Vec::new(), None);
+    if planar > 0 {
+        let levels = Levels::new(context, scene)?;
+        if has_suns {
+            triangles = Some(Box::new(Triangles::new(context, scene, &levels, settings)?));
         }
-        if has(Source::Wide) || has(Source::Environment) {
-            let levels = Levels::new(context, scene)?;
-            if has(Source::Environment) {
-                projectors.push(pinhole_images(context, scene, patches, &levels)?);
-            }
-            for source in [Source::Wide, Source::Environment]
-                .into_iter()
-                .filter(|s| has(*s))
-            {
-                projectors.push(footprints(context, scene, source, patches, &levels)?);
-            }
-            resolve = Some(Resolve::new(context, scene, levels, light_map)?);
+        if let Some(pairs) = &scene.environment.pairs {
+            projectors.push(pinhole_images(context, scene, &pairs.patches, &levels)?);
+            projectors.push(footprints(context, scene, &pairs.patches, &levels)?);
         }
+        resolve = Some(Resolve::new(context, scene, levels, light_map)?);
     }
-    if scene.receivers.mesh_count() > 0 {
-        for source in [Source::All, Source::Environment]
-            .into_iter()
-            .filter(|s| has(*s))
-        {
-            projectors.push(mesh_footprints(context, scene, source, patches)?);
+    if meshes > 0 {
+        if let Some(sample) = &sample {
+            projectors.push(mesh_footprints(
+                context,
+                scene,
+                Source::Suns,
+                &sample.patches,
+            )?);
+        }
+        if let Some(pairs) = &scene.environment.pairs {
+            projectors.push(mesh_footprints(
+                context,
+                scene,
+                Source::Environment,
+                &pairs.patches,
+            )?);
         }
     }
     Ok(Caustic::Splat {
         sample,
+        triangles,
         projectors,
         resolve,
     })
+}
+
+impl Caustic {
+    /// Whether patches are of even size, whatever their flux.
+    pub fn has_even_patches(&self) -> bool {
+        match self {
+            Self::Splat { sample, .. } => sample.is_some(),
+            Self::Gather { .. } => true,
+            Self::Points(_) => false,
+        }
+    }
+
+    /// Number of patches or points, including the environment's patch clusters. `is_recorded`: whether a frame has counted
+    /// the patches that follow the flux.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn sample_count(&self, scene: &DeviceScene, is_recorded: bool) -> Result<u32> {
+        let casters = &scene.casters;
+        Ok(match self {
+            Self::Points(points) if casters.lit_count > 0 => points.count,
+            Self::Points(_) => 0,
+            Self::Gather { .. } => casters.patch_count,
+            Self::Splat {
+                sample, triangles, ..
+            } => {
+                let of_flux = match triangles {
+                    Some(triangles) if is_recorded => triangles.counts()?.patches,
+                    _ => 0,
+                };
+                let even = sample.as_ref().map_or(0, |_| casters.patch_count);
+                let pairs = scene.environment.pairs.as_ref();
+                of_flux + even + pairs.map_or(0, |pairs| pairs.patch_count)
+            }
+        })
+    }
+
+    /// The largest estimated relative L1 error of a receiver's light map in the last frame; `None` where splats of other
+    /// kinds, whose error is not estimated, light receivers, too.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn estimated_error(&self) -> Result<Option<f32>> {
+        match self {
+            Self::Splat {
+                triangles: Some(triangles),
+                projectors,
+                ..
+            } if projectors.is_empty() && triangles.has_target() => Ok(Some(triangles.error()?.0)),
+            _ => Ok(None),
+        }
+    }
+
+    /// Whether buffers were too small for the error to aim for.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn is_limited(&self) -> Result<bool> {
+        match self {
+            Self::Splat {
+                triangles: Some(triangles),
+                ..
+            } => Ok(triangles.error()?.1),
+            _ => Ok(false),
+        }
+    }
+
+    /// Number of patches that lit a receiver in the last frame, counted once for each light; `None` where other splats are
+    /// not of patches.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn lit_patches(&self) -> Result<Option<u32>> {
+        let Self::Splat {
+            triangles,
+            projectors,
+            ..
+        } = self
+        else {
+            return Ok(None);
+        };
+        if !projectors.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(match triangles {
+            Some(triangles) => triangles.counts()?.lit_patches,
+            None => 0,
+        }))
+    }
 }

@@ -381,7 +381,7 @@ pub static CASES: &[Case] = &[
         receiver: "floor",
         texels: [256, 256],
         solver: Solver::Renderer(|| footprint(16_384)),
-        asked: &MIRROR_BY_FOOTPRINTS,
+        asked: &MIRROR_BY_DEFAULT,
     },
     Case {
         form: &MIRROR,
@@ -414,7 +414,7 @@ pub static CASES: &[Case] = &[
     },
     image_case(
         [256, 256],
-        Solver::Renderer(|| footprint(16_384)),
+        Solver::Renderer(|| footprint(65_536)),
         &IMAGE_BY_PATCHES,
     ),
     image_case(
@@ -561,7 +561,22 @@ pub static CASES: &[Case] = &[
     rim_case("ring, sun 35° high", || ring(0.61, true)),
 ];
 
-/// At the default sampling and a finer one.
+/// Triangles side by side are blurred by boxes of slightly different sizes, and their sum is uneven by a share of that
+/// difference.
+static MIRROR_BY_DEFAULT: [Asked; 2] = [
+    Asked {
+        figure: &MIRROR_WORST,
+        bound: 0.003,
+        twins: &[greener, shifted_by_far],
+    },
+    Asked {
+        figure: &MIRROR_ENERGY,
+        bound: 0.001,
+        twins: &[greener],
+    },
+];
+
+/// At a finer sampling.
 static MIRROR_BY_FOOTPRINTS: [Asked; 2] = [
     Asked {
         figure: &MIRROR_WORST,

@@ -3,7 +3,7 @@
 //! `cargo run --release --manifest-path examples/embed_wgpu/Cargo.toml -- floor.png`.
 //!
 //! With `--check MAP.exr`, the program runs under the validation layers. It fails if they report anything, or if the
-//! floor's light map in the first frame differs in any bit from `MAP.exr`, which `nephroid bake` writes.
+//! floor's light map in the first frame differs in any bit from `MAP.exr`, which `nephroid bake --samples 16384` writes.
 
 mod host;
 mod view;

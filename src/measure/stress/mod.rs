@@ -224,7 +224,7 @@ fn maps(
         let mut renderer = Renderer::new(context, &scene, &contender.settings(effort))?;
         renderer.caustic()?;
         maps.push(renderer.read_caustic(sweep.receiver(&scene))?);
-        samples = renderer.samples();
+        samples = renderer.samples()?;
     }
     Ok(Some((samples, maps)))
 }

@@ -102,7 +102,6 @@ impl DeviceEnvironment {
     /// The pairs of cell and patch cluster, presented as one light with that many patches.
     pub fn group(&self) -> Option<LightGroup> {
         self.pairs.as_ref().map(|pairs| LightGroup {
-            first_light: 0,
             light_count: 1,
             patch_count: pairs.pair_count,
         })

@@ -5,7 +5,6 @@ use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{Light, LitTriangle, Patch};
 use crate::render::patches::tessellation::{MAX_PAIRS, Tessellation};
-use crate::render::settings::Method;
 use crate::scene::{MaterialKind, Scene};
 use std::sync::Arc;
 
@@ -100,14 +99,11 @@ impl DeviceCasters {
     }
 
     /// A note where the number of patches differs much from the number asked for, with the reason.
-    pub fn note(&self, method: Method, samples: u32) -> Option<String> {
+    pub fn note(&self, samples: u32) -> Option<String> {
         const CLOSE: f64 = 1.5;
         let (patches, triangles) = (self.patch_count, self.lit_count);
         let (made, asked) = (f64::from(patches), f64::from(samples));
-        if method == Method::Points
-            || triangles == 0
-            || (asked / CLOSE..=asked * CLOSE).contains(&made)
-        {
+        if triangles == 0 || (asked / CLOSE..=asked * CLOSE).contains(&made) {
             return None;
         }
         let reason = match patches == triangles {

@@ -2,6 +2,7 @@
 
 pub mod casters;
 pub mod clusters;
+pub mod facets;
 pub mod kd_tree;
 pub mod sample;
 pub mod tessellation;

@@ -45,7 +45,7 @@ mod tests {
     use super::*;
     use crate::gpu::ContextOptions;
     use crate::render::gpu_types::Triangle;
-    use crate::render::settings::Settings;
+    use crate::render::settings::{Method, Settings};
     use std::path::Path;
 
     /// The patches of a finely divided triangle are its n² cells, each once.
@@ -56,6 +56,7 @@ mod tests {
         let scene = crate::scene::load(&file).unwrap().scene;
         let context = Context::new(&ContextOptions::default()).unwrap();
         let settings = Settings {
+            method: Method::Pinhole,
             samples: 2 * N * N,
             ..Settings::default()
         };

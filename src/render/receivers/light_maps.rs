@@ -28,8 +28,6 @@ pub struct DeviceReceivers {
     pub atlas_texels: Buffer,
     pub atlas_samples: Buffer,
     pub atlas_nodes: Buffer,
-    /// Contents of the buffer `planar`.
-    pub planar_now: Vec<PlanarReceiver>,
 }
 
 impl DeviceReceivers {
@@ -64,7 +62,6 @@ impl DeviceReceivers {
             planar_count: planar_count as u32,
             image_size,
             atlases,
-            planar_now: Vec::new(),
         })
     }
 
@@ -79,8 +76,7 @@ impl DeviceReceivers {
         store: &TriangleStore,
         meshes_moved: bool,
     ) -> Result<()> {
-        self.planar_now = planar(scene, &self.tiles, store.origin);
-        staging.write(&self.planar, 0, &self.planar_now)?;
+        staging.write(&self.planar, 0, &planar(scene, &self.tiles, store.origin))?;
         if !meshes_moved || self.mesh_count() == 0 {
             return Ok(());
         }

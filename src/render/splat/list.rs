@@ -116,6 +116,6 @@ impl SplatList {
             atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
         };
         let (quads, arguments) = (&self.quads, &self.arguments);
-        recorder.draw_indexed_indirect(pipeline, light_map, clear, &push, quads, arguments);
+        recorder.draw_indexed_indirect(pipeline, light_map, clear, &push, quads, arguments, 0);
     }
 }

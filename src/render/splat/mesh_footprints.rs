@@ -25,7 +25,7 @@ pub fn mesh_footprints(
             CLUSTER_SPREAD,
             passes!("environment mesh footprints"),
         ),
-        _ => (
+        Source::Suns => (
             &shaders::MESH_FOOTPRINT_COMP,
             SPREAD,
             passes!("mesh footprints"),

@@ -121,7 +121,6 @@ impl Projector {
             first_pair: batch.first_pair,
             pair_count: batch.pair_count,
             patch_count: batch.group.patch_count,
-            first_light: batch.group.first_light,
             receiver_count: self.receiver_count,
             lobes: scene.casters.lobes,
             spread: self.spread,

@@ -1,33 +1,477 @@
-//! Triangles: a patch projected along its corners' outgoing rays onto a planar receiver, as a triangle of constant
-//! irradiance. Most renderings of water use this method. It is accurate for lights that blur much less than a texel.
+//! Triangles: the images of suns and lamps on planar receivers.
+//!
+//! The facets of the casters are divided into patches of about equal flux, and the image of each patch into as many
+//! triangles as its curvature asks for. All counts are chosen on the device, anew in every frame.
 
-use crate::error::Result;
-use crate::gpu::{Buffer, Context, shaders};
+use crate::error::{Error, Result};
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::TriangleSplat;
-use crate::render::lights::Source;
-use crate::render::splat::kernel_profiles::SPREAD;
-use crate::render::splat::projector::{Description, Projector, passes};
+use crate::render::gpu_types::constants::{
+    MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH, SHARE_LEVELS, SPLAT_GROUP,
+};
+use crate::render::gpu_types::{
+    DrawPush, FacetImage, FacetPatches, FacetPush, NumberPush, ReceiverShare, ScanPush, TotalPush,
+    TriangleSplat,
+};
+use crate::render::lights::LightGroup;
+use crate::render::settings::{Method, Settings};
+use crate::render::splat::resolve::Levels;
+use glam::Vec2;
 use std::sync::Arc;
 
-/// # Errors
-/// As [`Projector::new`].
-pub fn triangles(
-    context: &Arc<Context>,
-    scene: &DeviceScene,
-    patches: &Buffer,
-) -> Result<Projector> {
-    let description = Description {
-        shader: &shaders::TRIANGLE_COMP,
-        splats: "triangle_splats",
-        splat_bytes: size_of::<TriangleSplat>(),
-        slots: scene.planar_targets(),
-        draw: [&shaders::TRIANGLE_VERT, &shaders::TRIANGLE_FRAG],
-        draw_reads: &[],
-        receiver_count: scene.receivers.planar_count,
-        spread: SPREAD,
-        levels: None,
-        passes: passes!("triangles"),
-    };
-    Projector::new(context, scene, Source::Narrow, patches, &description)
+/// Triangles of one batch.
+const BATCH: u32 = 1 << 17;
+/// Largest number of workgroups along an axis that every device supports.
+const MAX_GROUPS: u32 = 65_535;
+/// Patches for each sample: flux is uneven, so that rounding up makes more patches than the shares say.
+const SHARE_OF_SAMPLE: f32 = 2.0;
+/// 1/share over the number of patches, at most: patches are divided further from 1.3 shares on.
+const SHARES_PER_PATCH: f64 = 1.7;
+/// Words of the arguments of a batch, and before the first batch.
+const ARGUMENT_WORDS: u32 = 9;
+
+pub struct Triangles {
+    facet_flux: BoundPipeline,
+    total_flux: BoundPipeline,
+    facet_error: BoundPipeline,
+    choose_share: BoundPipeline,
+    facet_count: BoundPipeline,
+    number_patches: BoundPipeline,
+    scan_patches: BoundPipeline,
+    trace_corners: BoundPipeline,
+    patch_count: BoundPipeline,
+    number_triangles: BoundPipeline,
+    scan_triangles: BoundPipeline,
+    project: BoundPipeline,
+    draw: BoundPipeline,
+    visibility: Buffer,
+    splat_numbers: Buffer,
+    quads: Buffer,
+    /// Arguments of the passes over patches, and over triangles.
+    patch_totals: Buffer,
+    splat_totals: Buffer,
+    /// Number of batches of triangles.
+    pub batches: u32,
+    /// Whether rays are traced from the corners of patches.
+    pub traces_corners: bool,
+    patch_capacity: u32,
+    aim: Aim,
+    shares: Buffer,
+}
+
+/// What a frame made.
+pub struct Counts {
+    pub patches: u32,
+    /// Patches that lit a receiver, counted once for each light.
+    pub lit_patches: u32,
+}
+
+/// What decides the number of patches; see facet_push.glsl.
+#[derive(Clone, Copy)]
+struct Aim {
+    division: u32,
+    error: f32,
+    patch_share: f32,
+    patch_budget: u32,
+}
+
+impl Aim {
+    fn new(settings: &Settings, budget: u32, lit_facets: u32, receivers: u32, pairs: u32) -> Self {
+        let patch_share = SHARE_OF_SAMPLE / settings.samples as f32;
+        let division = (settings.samples as f32 / lit_facets.max(1) as f32).sqrt();
+        let division = match settings.method {
+            Method::Beams => division.round().clamp(1.0, MAX_PATCH_DIVISION as f32) as u32,
+            _ => 0,
+        };
+        let patch_budget = match settings.error {
+            _ if division > 0 => pairs.saturating_mul(division * division),
+            // Even the coarsest level takes up to 870 patches for each receiver. Shaders may round differently.
+            Some(_) => budget.max(1024 * receivers) / 16 * 17,
+            // By Minkowski's inequality, since no facet has more than (sqrt(flux / share) + 1)^2 patches.
+            None => {
+                let shares = f64::from(receivers) / f64::from(patch_share);
+                (shares + 2.0 * (shares * f64::from(pairs)).sqrt()) as u32
+            }
+        };
+        Self {
+            division,
+            error: settings.error.unwrap_or(0.0),
+            patch_share,
+            patch_budget,
+        }
+    }
+}
+
+impl Triangles {
+    /// # Errors
+    /// [`Error::Usage`] where there are too many pairs of facet and light, [`Error::Device`] where the device fails.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &DeviceScene,
+        levels: &Levels,
+        settings: &Settings,
+    ) -> Result<Self> {
+        let facets = &scene.facets;
+        let receivers = u64::from(scene.receivers.planar_count);
+        let targets = u64::from(scene.planar_targets());
+        let lights = u64::from(scene.lights.count);
+        let pairs = u64::from(facets.facet_count) * lights;
+        let limit = u64::from(u32::MAX / 64);
+        let aim = Aim::new(
+            settings,
+            scene.patch_budget,
+            scene.casters.lit_count,
+            scene.receivers.planar_count,
+            pairs.min(limit) as u32,
+        );
+        let patches = pairs + u64::from(aim.patch_budget);
+        let points = lights * u64::from(facets.corner_count) + patches * 3 / 2;
+        if patches.max(points) > limit {
+            return Err(Error::Usage {
+                reason: format!(
+                    "{patches} patches of {pairs} pairs of facet and light are more than fit"
+                ),
+                remedy: "use coarser meshes, fewer lights or fewer samples".into(),
+            });
+        }
+        // Parts of clipped patches are two triangles.
+        let of_shares = f64::from(MAX_TRIANGLES_PER_PATCH) * SHARES_PER_PATCH * patches as f64;
+        let splats = 2 * (patches * targets.min(4) + of_shares as u64);
+        let batches = splats.div_ceil(BATCH.into()) as u32;
+        let blocks = |units: u64| units.div_ceil(SPLAT_GROUP.into());
+        let buffer = |name: &str, bytes: u64| Buffer::new(context, name, bytes);
+        let facet_patches = buffer("facet patches", pairs * size_of::<FacetPatches>() as u64)?;
+        let images = pairs * receivers * size_of::<FacetImage>() as u64;
+        let facet_images = buffer("facet images", images)?;
+        let shares = buffer("shares", receivers * size_of::<ReceiverShare>() as u64)?;
+        let errors = 16 * blocks(pairs) * receivers * u64::from(SHARE_LEVELS);
+        let errors = buffer("errors", errors)?;
+        let patch_numbers = buffer("patch numbers", 8 * pairs)?;
+        let patch_sums = buffer("patch sums", 8 * blocks(pairs))?;
+        let patch_totals = buffer("patch totals", 4 * u64::from(ARGUMENT_WORDS))?;
+        let visibility = buffer("visibility", 4 * points * targets.div_ceil(16))?;
+        let splat_numbers = buffer("triangle numbers", 8 * patches)?;
+        let patch_splats = buffer("triangles of patches", 4 * patches * targets)?;
+        let splat_sums = buffer("triangle sums", 8 * blocks(patches))?;
+        let words = ARGUMENT_WORDS * (batches + 1);
+        let splat_totals = buffer("triangle totals", 4 * u64::from(words))?;
+        let slots = u64::from(BATCH);
+        let triangle_splats = buffer("triangles", slots * size_of::<TriangleSplat>() as u64)?;
+        let quads = buffer("quads", 24 * slots)?;
+
+        let all = [
+            ("facets", &facets.facets),
+            ("facet_corners", &facets.corners),
+            ("facet_patches", &facet_patches),
+            ("facet_images", &facet_images),
+            ("shares", &shares),
+            ("errors", &errors),
+            ("patch_numbers", &patch_numbers),
+            ("patch_sums", &patch_sums),
+            ("totals", &patch_totals),
+            ("visibility", &visibility),
+            ("splat_numbers", &splat_numbers),
+            ("patch_splats", &patch_splats),
+            ("splat_sums", &splat_sums),
+            ("splat_totals", &splat_totals),
+            ("triangle_splats", &triangle_splats),
+            ("quads", &quads),
+            ("coarse", &levels.coarse),
+        ];
+        let compute = |shader: &'static crate::gpu::Shader, own: &[(&'static str, &Buffer)]| {
+            let named = |name| (shader.bindings.iter()).any(|binding| binding.name == name);
+            let own: Vec<_> = (own.iter().filter(|(name, _)| named(*name)))
+                .map(|(name, buffer)| (*name, Resource::Buffer(buffer)))
+                .collect();
+            scene.compute(context, shader, &own)
+        };
+        let splats = [("triangle_splats", Resource::Buffer(&triangle_splats))];
+        let [vertex, fragment] = [&shaders::TRIANGLE_VERT, &shaders::TRIANGLE_FRAG];
+        let topology = Topology::Triangles;
+        Ok(Self {
+            facet_flux: compute(&shaders::FACET_FLUX_COMP, &all)?,
+            total_flux: compute(&shaders::TOTAL_FLUX_COMP, &all)?,
+            facet_error: compute(&shaders::FACET_ERROR_COMP, &all)?,
+            choose_share: compute(&shaders::CHOOSE_SHARE_COMP, &all)?,
+            facet_count: compute(&shaders::FACET_COUNT_COMP, &all)?,
+            number_patches: compute(
+                &shaders::NUMBER_COMP,
+                &[("numbers", &patch_numbers), ("block_sums", &patch_sums)],
+            )?,
+            scan_patches: compute(
+                &shaders::SCAN_COMP,
+                &[("block_sums", &patch_sums), ("totals", &patch_totals)],
+            )?,
+            trace_corners: compute(&shaders::TRACE_CORNERS_COMP, &all)?,
+            patch_count: compute(&shaders::PATCH_COUNT_COMP, &all)?,
+            number_triangles: compute(
+                &shaders::NUMBER_COMP,
+                &[("numbers", &splat_numbers), ("block_sums", &splat_sums)],
+            )?,
+            scan_triangles: compute(
+                &shaders::SCAN_COMP,
+                &[("block_sums", &splat_sums), ("totals", &splat_totals)],
+            )?,
+            project: compute(&shaders::PROJECT_TRIANGLES_COMP, &all)?,
+            draw: BoundPipeline::graphics(context, vertex, fragment, topology, &splats)?,
+            visibility,
+            splat_numbers,
+            quads,
+            patch_totals,
+            splat_totals,
+            batches,
+            traces_corners: settings.method == Method::Footprint,
+            patch_capacity: patches as u32,
+            aim,
+            shares,
+        })
+    }
+
+    /// Whether an error is aimed for.
+    pub fn has_target(&self) -> bool {
+        self.aim.error > 0.0
+    }
+
+    fn push(&self, scene: &DeviceScene, group: LightGroup, first_splat: u32) -> FacetPush {
+        FacetPush {
+            facet_count: scene.facets.facet_count,
+            corner_count: scene.facets.corner_count,
+            light_count: group.light_count,
+            receiver_count: scene.receivers.planar_count,
+            lobes: scene.casters.lobes,
+            can_occlude: u32::from(scene.geometry.can_occlude),
+            division: self.aim.division,
+            error: self.aim.error,
+            patch_share: self.aim.patch_share,
+            patch_budget: self.aim.patch_budget / 17 * 16,
+            is_lattice: 0,
+            first_splat,
+        }
+    }
+
+    /// Clears the marks of the corners, and the numbers that no patch will write.
+    pub fn record_clear(&self, recorder: &mut Recorder) {
+        recorder.zero(&self.visibility);
+        recorder.zero(&self.splat_numbers);
+    }
+
+    /// Finds the flux of every facet on every receiver.
+    pub fn record_facet_flux(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = self.push(scene, group, 0);
+        recorder.dispatch(&self.facet_flux, &push, threads(pairs(scene, group)));
+    }
+
+    /// Adds it up.
+    pub fn record_total_flux(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let receiver_count = scene.receivers.planar_count;
+        let push = TotalPush {
+            pair_count: pairs(scene, group),
+            receiver_count,
+        };
+        let threads = [receiver_count * SPLAT_GROUP, 1, 1];
+        recorder.dispatch(&self.total_flux, &push, threads);
+    }
+
+    /// Estimates the error of every receiver for every level of patch shares.
+    pub fn record_facet_error(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = self.push(scene, group, 0);
+        let blocks = pairs(scene, group).div_ceil(SPLAT_GROUP);
+        recorder.dispatch(&self.facet_error, &push, threads(blocks * SHARE_LEVELS));
+    }
+
+    /// Chooses the patch share of every receiver.
+    pub fn record_choose_share(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = self.push(scene, group, 0);
+        let threads = [scene.receivers.planar_count * SPLAT_GROUP, 1, 1];
+        recorder.dispatch(&self.choose_share, &push, threads);
+    }
+
+    /// Divides the facets into patches.
+    pub fn record_facet_count(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = self.push(scene, group, 0);
+        recorder.dispatch(&self.facet_count, &push, threads(pairs(scene, group)));
+    }
+
+    /// Numbers the patches within blocks.
+    pub fn record_number_patches(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let count = pairs(scene, group);
+        let push = NumberPush { count };
+        let blocks = count.div_ceil(SPLAT_GROUP);
+        recorder.dispatch(&self.number_patches, &push, threads(blocks));
+    }
+
+    /// Numbers the blocks.
+    pub fn record_scan_patches(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = ScanPush {
+            block_count: pairs(scene, group).div_ceil(SPLAT_GROUP),
+            batches: 0,
+            batch_size: 0,
+        };
+        recorder.dispatch(&self.scan_patches, &push, [1, 1, 1]);
+    }
+
+    /// Traces rays from the corners of the facets.
+    pub fn record_trace_facets(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = self.push(scene, group, 0);
+        let corners = scene.facets.corner_count * group.light_count;
+        recorder.dispatch(&self.trace_corners, &push, threads(corners));
+    }
+
+    /// Traces rays from the corners of the patches, in facets whose corners differ.
+    pub fn record_trace_patches(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = FacetPush {
+            is_lattice: 1,
+            ..self.push(scene, group, 0)
+        };
+        recorder.dispatch_indirect(&self.trace_corners, &push, &self.patch_totals, 1);
+    }
+
+    /// Chooses the triangles of every patch.
+    pub fn record_patch_count(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+    ) {
+        let push = self.push(scene, group, 0);
+        recorder.dispatch_indirect(&self.patch_count, &push, &self.patch_totals, 0);
+    }
+
+    /// Numbers the triangles within blocks of patches.
+    pub fn record_number_triangles(&self, recorder: &mut Recorder) {
+        let count = self.patch_capacity;
+        let push = NumberPush { count };
+        let blocks = count.div_ceil(SPLAT_GROUP);
+        recorder.dispatch(&self.number_triangles, &push, threads(blocks));
+    }
+
+    /// Numbers the blocks.
+    pub fn record_scan_triangles(&self, recorder: &mut Recorder) {
+        let push = ScanPush {
+            block_count: self.patch_capacity.div_ceil(SPLAT_GROUP),
+            batches: self.batches,
+            batch_size: BATCH,
+        };
+        recorder.dispatch(&self.scan_triangles, &push, [1, 1, 1]);
+    }
+
+    /// Writes the triangles of a batch.
+    pub fn record_project(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+        batch: u32,
+    ) {
+        let push = self.push(scene, group, batch * BATCH);
+        let arguments = (batch + 1) * ARGUMENT_WORDS / 3;
+        recorder.dispatch_indirect(&self.project, &push, &self.splat_totals, arguments);
+    }
+
+    /// Draws the triangles of a batch into the light maps; `clear` clears the maps first.
+    pub fn record_splat(
+        &self,
+        recorder: &mut Recorder,
+        light_map: &Image,
+        batch: u32,
+        clear: bool,
+    ) {
+        let push = DrawPush {
+            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
+        };
+        let offset = 4 * u64::from((batch + 1) * ARGUMENT_WORDS + 3);
+        let (draw, quads, totals) = (&self.draw, &self.quads, &self.splat_totals);
+        recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, totals, offset);
+    }
+
+    /// Number of batches that the numbered triangles fill, at least 1.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn batches_in_use(&self) -> Result<u32> {
+        let splats = self.splat_totals.read::<u32>(7)?[6];
+        Ok(splats.div_ceil(BATCH).clamp(1, self.batches))
+    }
+
+    /// The largest estimated relative L1 error of a planar receiver in the last frame, and whether more patches than
+    /// `patch_budget` would lower it to what is aimed for.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn error(&self) -> Result<(f32, bool)> {
+        let count = self.shares.bytes() as usize / size_of::<ReceiverShare>();
+        let shares = self.shares.read::<ReceiverShare>(count)?;
+        let error = shares.iter().map(|share| share.error).fold(0.0, f32::max);
+        Ok((error, shares.iter().any(|share| share.is_limited != 0)))
+    }
+
+    /// Numbers of the last frame; of the last range of lights, if there were several.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn counts(&self) -> Result<Counts> {
+        // Words 6 and 7 are the totals: see scan.comp.
+        let patches = self.patch_totals.read::<u32>(8)?;
+        let splats = self.splat_totals.read::<u32>(8)?;
+        Ok(Counts {
+            patches: patches[6],
+            lit_patches: splats[7],
+        })
+    }
+}
+
+fn pairs(scene: &DeviceScene, group: LightGroup) -> u32 {
+    scene.facets.facet_count * group.light_count
+}
+
+/// Threads in as many rows of workgroups as the device needs.
+fn threads(units: u32) -> [u32; 3] {
+    let groups = units.div_ceil(SPLAT_GROUP);
+    let columns = groups.min(MAX_GROUPS);
+    [columns * SPLAT_GROUP, groups.div_ceil(columns.max(1)), 1]
 }

@@ -1,0 +1,63 @@
+// facet_error: estimates the error of a receiver, and the number of patches, for every level of patch shares.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Facets { Facet facets[]; };
+layout(std430, binding = 1) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+layout(std430, binding = 2) readonly buffer Shares { ReceiverShare shares[]; };
+layout(std430, binding = 3) readonly buffer Visibility { uint visibility[]; };
+// Per block of pairs, receiver and level: errors of images, of shadows and of profiles, and patches beyond one for
+// each pair.
+layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
+#include "facet_push.glsl"
+#include "error_model.glsl"
+#include "facet_visibility.glsl"
+#include "blocks.glsl"
+
+// Whether the corners of a facet do not agree on a receiver.
+bool is_mixed(uint pair, uint receiver) {
+    Facet facet = facets[pair % push.facet_count];
+    uint words = words_of_targets();
+    uint first = pair / push.facet_count * push.corner_count;
+    uint target = receiver * push.lobes;
+    uvec3 at = (first + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words + target / 16;
+    uvec3 states = uvec3(visibility[at.x], visibility[at.y], visibility[at.z]) >> 2 * (target % 16) & 3u;
+    return any(equal(states, uvec3(BLOCKED))) && any(equal(states, uvec3(LIT)));
+}
+
+void main() {
+    uint level = thread_index() % SHARE_LEVELS;
+    uint block = thread_index() / SHARE_LEVELS;
+    uint pairs = push.facet_count * push.light_count;
+    uint end = min((block + 1) * SPLAT_GROUP, pairs);
+    float patch_share = FIRST_SHARE / float(1 << level);
+    for (uint receiver = 0; receiver < push.receiver_count && block * SPLAT_GROUP < pairs; receiver++) {
+        float flux = shares[receiver].flux;
+        vec4 sum = vec4(0.0);
+        for (uint pair = block * SPLAT_GROUP; pair < end; pair++) {
+            FacetImage image = facet_images[pair * push.receiver_count + receiver];
+            if (image.flux <= 0.0) continue;
+            float share = image.flux / flux;
+            float parts = facet_division(share, patch_share);
+            vec2 first = unpackHalf2x16(image.deviation_longest);
+            vec2 second = unpackHalf2x16(image.height_blur);
+            float deviation = first.x / (parts * parts);
+            float longest = first.y / parts;
+            float height = second.x / parts;
+            float blur = max(second.y, 1e-3);
+            float of_patch = share / (parts * parts);
+            float n = image_division(of_patch, deviation, height, blur, patch_share);
+            sum.x += parts * parts * image_error(of_patch, deviation, longest, blur, n);
+            sum.z += profile_error(share, blur);
+            sum.w += parts * parts - 1.0;
+            if (push.can_occlude != 0 && is_mixed(pair, receiver)) {
+                // The edge of a shadow crosses about so many patches.
+                float crossed = 2.0 * parts - 1.0;
+                sum.y += crossed * shadow_error(of_patch, longest, blur, max(n, mixed_division(of_patch, longest, blur, patch_share)));
+            }
+        }
+        errors[(block * push.receiver_count + receiver) * SHARE_LEVELS + level] = sum;
+    }
+}

@@ -1,0 +1,84 @@
+// facet_flux: finds the receivers that each facet may light, and its flux there.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
+layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+layout(std430, binding = 5) readonly buffer Facets { Facet facets[]; };
+layout(std430, binding = 6) writeonly buffer Patches { FacetPatches facet_patches[]; };
+layout(std430, binding = 7) writeonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+layout(std430, binding = 8) writeonly buffer Visibility { uint visibility[]; };
+#include "facet_push.glsl"
+
+#include "light.glsl"
+#include "optics.glsl"
+#include "planar_receiver.glsl"
+#include "kernel.glsl"
+#include "facet.glsl"
+#include "facet_image.glsl"
+#include "facet_visibility.glsl"
+#include "blocks.glsl"
+
+// Whether the facet may light `receiver`, and its image there.
+bool lights_receiver(Surface surface, Cell cell, Light light, PlanarReceiver receiver, float eta, out FacetImage found) {
+    CellImage image = image_of(surface, cell, light, receiver, eta);
+    found = FacetImage(0.0, 0, 0);
+    if (!image.is_lit) return false;
+    float deviation = deviation_of(image);
+    float blur = blur_side(image);
+    vec2 low = min(min(min(image.corners[0], image.corners[1]), image.corners[2]), min(min(image.midpoints[0], image.midpoints[1]), image.midpoints[2]));
+    vec2 high = max(max(max(image.corners[0], image.corners[1]), image.corners[2]), max(max(image.midpoints[0], image.midpoints[1]), image.midpoints[2]));
+    // The blur differs from place to place.
+    float margin = 2.0 + deviation + 2.0 * sqrt(3.0 * max(image.blur.x, image.blur.z));
+    vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
+    vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
+    if (any(lessThan(high, tile_low - margin)) || any(greaterThan(low, tile_high + margin))) return false;
+    // Where some rays miss the plane, the bounds of the others say little.
+    vec2 inside = image.is_whole ? max(min(high, tile_high) - max(low, tile_low), 0.0) / max(high - low, 1e-6) : vec2(1.0);
+    float longest = longest_side(image);
+    float height = abs(doubled_area(image)) / max(longest, 1e-6);
+    found.flux = dot(image.flux, vec3(1.0 / 3.0)) * inside.x * inside.y;
+    if (!image.is_whole) deviation = 0.0;
+    const float LARGEST = 6e4;
+    found.deviation_longest = packHalf2x16(min(vec2(deviation, longest), LARGEST));
+    found.height_blur = packHalf2x16(min(vec2(height, blur), LARGEST));
+    return true;
+}
+
+void main() {
+    uint pair = thread_index();
+    if (pair >= push.facet_count * push.light_count) return;
+    Light light = lights[pair / push.facet_count];
+    Facet facet = facets[pair % push.facet_count];
+    Surface surface = surface_toward(facet.triangle, light);
+    Cell cell = facet_cell(facet);
+    // The back of a surface that only reflects is dark.
+    bool is_lit = surface.eta != 0.0 || dot(surface.facing, disc_at(light, surface.position).direction) > 0.0;
+    uint targets = 0;
+    for (uint index = 0; index < push.receiver_count; index++) {
+        FacetImage sum = FacetImage(0.0, 0, 0);
+        for (uint lobe = 0; is_lit && lobe < push.lobes; lobe++) {
+            if (lobe == 1 && surface.eta == 0.0) continue;
+            FacetImage image;
+            if (!lights_receiver(surface, cell, light, planar_receivers[index], lobe == 0 ? 0.0 : surface.eta, image)) continue;
+            targets |= 1u << min(index * push.lobes + lobe, 31u);
+            // The brighter lobe stands for both.
+            float flux = sum.flux + image.flux;
+            if (image.flux >= sum.flux) sum = image;
+            sum.flux = flux;
+        }
+        facet_images[pair * push.receiver_count + index] = sum;
+    }
+    if (targets != 0) {
+        uint first = pair / push.facet_count * push.corner_count;
+        visibility[(first + facet.corner0) * words_of_targets()] = NEEDED;
+        visibility[(first + facet.corner1) * words_of_targets()] = NEEDED;
+        visibility[(first + facet.corner2) * words_of_targets()] = NEEDED;
+    }
+    facet_patches[pair] = FacetPatches(0, targets);
+}

@@ -1,0 +1,280 @@
+// project_triangles: writes the triangles that stand for the images of the patches.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
+layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
+layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+layout(std430, binding = 6) readonly buffer Facets { Facet facets[]; };
+layout(std430, binding = 7) readonly buffer Patches { FacetPatches facet_patches[]; };
+layout(std430, binding = 8) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
+layout(std430, binding = 9) readonly buffer PatchNumbers { uvec2 patch_numbers[]; };
+layout(std430, binding = 10) readonly buffer Totals { uint totals[]; };
+layout(std430, binding = 11) readonly buffer SplatNumbers { uvec2 splat_numbers[]; }; // triangles, lit patches
+layout(std430, binding = 12) readonly buffer PatchSplats { uint patch_splats[]; }; // per patch and target: see patch_splats.glsl
+layout(std430, binding = 13) readonly buffer SplatSums { uvec2 splat_sums[]; }; // triangles, lit patches
+layout(std430, binding = 14) readonly buffer SplatTotals { uint splat_totals[]; };
+layout(std430, binding = 15) writeonly buffer TriangleSplats { TriangleSplat triangle_splats[]; };
+layout(std430, binding = 16) readonly buffer Profiles { Profile profiles[]; };
+layout(std430, binding = 17) writeonly buffer Quads { uint quads[]; }; // index buffer of the draw
+layout(std430, binding = 18) buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where splats are in level l
+layout(std430, binding = 19) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+#include "facet_push.glsl"
+
+#include "trace.glsl"
+#include "light.glsl"
+#include "optics.glsl"
+#include "kernel_fit.glsl"
+#include "planar_receiver.glsl"
+#include "facet.glsl"
+#include "facet_image.glsl"
+#include "facet_rays.glsl"
+#include "patch_splats.glsl"
+#include "blocks.glsl"
+#include "find_patch.glsl"
+
+#define BLOCK_SPLATS(i) splat_sums[i].x
+#define FIRST_SPLAT(i) splat_numbers[i].x
+
+// For measurements: beams take the product of two lengths for the area of an image, see product_over_area().
+layout(constant_id = 1) const bool AREA_BY_PRODUCT = false;
+
+// Corners of a quad's two triangles.
+const uint QUAD[6] = uint[](0, 1, 2, 2, 1, 3);
+// Lower bound on the length and height of a triangle over the blur, so that no area is zero.
+const float MIN_THICKNESS = 1.0 / 16.0;
+// At folds and foci, the light's disc gives the image its profile, which a parallelogram does not have, and a triangle becomes a
+// kernel where it is less high than this share of the blur, and the facet's whole image is, too, or the density changes by
+// more than this share within the blur. With triangles only, `bumps` at 256^2 kept an error of 3.7 % however fine the patches; with these kernels it has 1.2
+// %. Kernels add up less evenly than triangles: with kernels for all small triangles, single texels of a flat mirror's image
+// were 2 % off.
+const float KERNEL_HEIGHT = 0.3;
+const float KERNEL_CHANGE = 0.1;
+// Variance of such a kernel over the variance of its patch's image.
+const float KERNEL_SPREAD = 1.5;
+
+// Variance of a light's image below which a texel alone gives the profile, texels^2.
+const float MIN_DISC = 0.01;
+// Largest box of texels that a kernel is summed over.
+const float MAX_SUMMED_TEXELS = 36.0;
+
+// A place of light maps that splats of some width go to: the light map itself or a coarser level. Interpolation of level l
+// adds the variance (4^l - 1)/4 on each axis, so that splats are narrowed by that variance first.
+struct Target {
+    Level tile;
+    int level;
+    float scale;     // texels of the level over those of the light map
+    vec2 origin;     // of the light map
+    float variance;  // that interpolation adds, in texels^2 of the light map
+    float area;      // of a texel of the level, m^2
+};
+
+// The coarsest level for splats with this covariance, in texels^2.
+Target target_for(PlanarReceiver receiver, vec3 covariance) {
+    float determinant = covariance.x * covariance.z - covariance.y * covariance.y;
+    int level = level_for(receiver, clamp(minor_eigenvalue(covariance, determinant), 0.0, 1e6));
+    float width = float(1 << level);
+    return Target(level_of(receiver, level), level, 1.0 / width, vec2(receiver.tile_x, receiver.tile_y),
+        0.25 * (width * width - 1.0), width * width * texel_area(receiver));
+}
+
+vec2 place_on(Target target, vec2 texel) {
+    return vec2(target.tile.origin) + (texel - target.origin) * target.scale;
+}
+
+// The texels of `target` whose centres are between `low` and `high`. Returns whether there are any.
+bool set_bounds(inout TriangleSplat splat, Target target, vec2 low, vec2 high) {
+    vec2 tile_low, tile_high;
+    level_bounds(target.tile, target.level, tile_low, tile_high);
+    splat.lower = floor(clamp(low + 0.5, tile_low, tile_high));
+    splat.upper = ceil(clamp(high - 0.5, tile_low, tile_high));
+    return all(lessThan(splat.lower, splat.upper));
+}
+
+// Whether a kernel stands for the image. `elements` are its area elements.
+bool needs_kernel(CellImage image, vec3 elements, float height, float facet_height) {
+    float blur = blur_side(image);
+    float most = max(max(elements.x, elements.y), elements.z);
+    float least = min(min(elements.x, elements.y), elements.z);
+    float mean = abs(elements.x + elements.y + elements.z) / 3.0;
+    bool is_fold = facet_height < KERNEL_HEIGHT * blur || (most - least) * blur > KERNEL_CHANGE * mean * height;
+    return is_fold && height < KERNEL_HEIGHT * blur
+        && dot(image.of_light[0], image.of_light[0]) > MIN_DISC;
+}
+
+// Relative irradiance at the corners, from the area elements there: flux is conserved, so irradiance is the cosine over the
+// area element. Near folds, and where the triangle is no wider than the blur, it is constant.
+vec3 densities(CellImage image, vec3 elements, float height) {
+    if (near_fold(image, elements)) return vec3(1.0);
+    if (BEAMS) return vec3(1.0);
+    vec3 density = image.density / abs(elements);
+    float mean = dot(density, vec3(1.0 / 3.0));
+    if (!(mean > 0.0)) return vec3(1.0);
+    float sharp = clamp((height / blur_side(image) - 0.5) / 1.5, 0.0, 1.0);
+    return 1.0 + (density / mean - 1.0) * sharp;
+}
+
+// Stretches a triangle that a focus or a fold has made thinner than MIN_THICKNESS: lengthens the longest side, and
+// moves the opposite corner away from that side. Orders the corners counter-clockwise: cross2 > 0.
+void widen(inout vec2 q[3], inout vec3 density) {
+    int apex = 0;
+    float longest = -1.0;
+    for (int i = 0; i < 3; i++) {
+        float side = distance(q[(i + 1) % 3], q[(i + 2) % 3]);
+        if (side > longest) {
+            longest = side;
+            apex = i;
+        }
+    }
+    int from = (apex + 1) % 3;
+    int to = (apex + 2) % 3;
+    vec2 along = longest > 0.0 ? (q[to] - q[from]) / longest : vec2(1.0, 0.0);
+    float height = cross2(along, q[apex] - q[from]);
+    if (longest < MIN_THICKNESS || abs(height) < MIN_THICKNESS) {
+        density = vec3(1.0);
+        q[to] += max(MIN_THICKNESS - longest, 0.0) * along;
+        float more = max(MIN_THICKNESS - abs(height), 0.0);
+        q[apex] += (height < 0.0 ? -more : more) * vec2(-along.y, along.x);
+    }
+    if (height < 0.0) {
+        vec2 last = q[2];
+        q[2] = q[1];
+        q[1] = last;
+        density = density.xzy;
+    }
+}
+
+// Error of a common approximation: length(dFdx(x)) * length(dFdy(x)) over the true area length(cross(dFdx(x),
+// dFdy(x))), where x is the position on the caster that lights a texel. The ratio is 1 / sin of the angle between the
+// derivatives.
+float product_over_area(Surface surface, Cell cell, CellImage image) {
+    vec2 side1 = image.corners[1] - image.corners[0];
+    vec2 side2 = image.corners[2] - image.corners[0];
+    vec3 edge1 = cell.sides[0].x * surface.edge1 + cell.sides[0].y * surface.edge2;
+    vec3 edge2 = cell.sides[1].x * surface.edge1 + cell.sides[1].y * surface.edge2;
+    vec3 dx = edge1 * side2.y - edge2 * side1.y; // times the determinant
+    vec3 dy = edge2 * side1.x - edge1 * side2.x;
+    return length(dx) * length(dy) / (length(cross(edge1, edge2)) * abs(cross2(side1, side2)));
+}
+
+// The image as a kernel. Returns whether it lights the receiver's texels; `level` is the level that they belong to.
+bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
+    vec2 centre = (image.midpoints[0] + image.midpoints[1] + image.midpoints[2]) / 3.0;
+    // Root of the covariance of the triangle between the midpoints.
+    mat2 of_patch = mat2((image.midpoints[0] - image.midpoints[1]) * sqrt(1.0 / 6.0), (image.midpoints[2] - centre) * sqrt(0.5));
+    Kernel kernel = kernel_for(of_patch * sqrt(KERNEL_SPREAD), image.of_light, 1.0 / 12.0, SHARPEST_CURVED);
+    Target target = target_for(receiver, kernel.covariance);
+    level = target.level;
+    kernel = rescaled(kernel, target.variance, target.scale);
+    centre = place_on(target, centre);
+    vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
+    if (!set_bounds(splat, target, centre - half_size, centre + half_size) || !(kernel.determinant > 0.0)) return false;
+    vec3 conic = conic_of(kernel);
+    float peak = peak_of(kernel);
+    vec2 first = floor(centre - half_size) + 0.5;
+    vec2 box = ceil(centre + half_size) - floor(centre - half_size) - 0.5;
+    splat.irradiance = image.flux * peak / target.area;
+    // The sum over texels of a small kernel differs from its integral.
+    if (box.x * box.y <= MAX_SUMMED_TEXELS) {
+        float sum = 0.0;
+        for (float y = 0.0; y < box.y; y += 1.0) {
+            for (float x = 0.0; x < box.x; x += 1.0) sum += kernel_value(kernel.profile.flatness, quadratic2(conic, first + vec2(x, y) - centre));
+        }
+        if (sum > 0.0) splat.irradiance /= sum * peak;
+    }
+    splat.to_box = vec4(conic, kernel.profile.flatness);
+    splat.corners01 = vec4(0.0);
+    splat.corner2 = centre - splat.lower;
+    splat.density12 = vec2(0.0);
+    splat.density0 = IS_KERNEL;
+    return true;
+}
+
+// The image as a triangle, blurred by a parallelogram. Returns whether it lights the receiver's texels; `level` is the
+// level that they belong to.
+bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
+    Target target = target_for(receiver, image.blur);
+    level = target.level;
+    mat2 blur = blur_box((image.blur - target.variance * vec3(1.0, 0.0, 1.0)) * (target.scale * target.scale));
+    vec2 corners[3];
+    for (int i = 0; i < 3; i++) corners[i] = place_on(target, image.corners[i]);
+    // With a margin for widen().
+    vec2 beyond = 0.5 * (abs(blur[0]) + abs(blur[1])) * (1.0 + 2.0 * MIN_THICKNESS);
+    if (!set_bounds(splat, target, min(min(corners[0], corners[1]), corners[2]) - beyond,
+        max(max(corners[0], corners[1]), corners[2]) + beyond)) return false;
+    vec3 density = densities(image, elements, height);
+    mat2 to_box = inverse(blur);
+    vec2 q[3];
+    for (int i = 0; i < 3; i++) q[i] = to_box * (corners[i] - splat.lower);
+    widen(q, density);
+    float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]);
+    splat.to_box = vec4(to_box[0], to_box[1]);
+    splat.corners01 = vec4(q[0], q[1]);
+    splat.corner2 = q[2];
+    splat.density12 = density.yz;
+    splat.density0 = density.x;
+    splat.irradiance = image.flux / (area * abs(determinant(blur)) * target.area);
+    return true;
+}
+
+// The splat for `cell`. Returns false where no light arrives.
+bool project(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float facet_height, out TriangleSplat splat) {
+    PlanarReceiver receiver = planar_receivers[index];
+    CellImage image = image_of(surface, cell, light, receiver, eta);
+    if (!image.is_lit || misses(image, receiver)) return false;
+    if (is_mixed) {
+        vec2 st = place_in(cell, vec2(1.0 / 3.0));
+        vec2 low = vec2(receiver.tile_x, receiver.tile_y);
+        vec2 texel = clamp((image.corners[0] + image.corners[1] + image.corners[2]) / 3.0, low, low + vec2(receiver.width, receiver.height));
+        if (!light_arrives(surface, light, st) || !light_leaves(surface, st, receiver, texel)) return false;
+    }
+    float height = abs(doubled_area(image)) / max(longest_side(image), 1e-6);
+    int level;
+    vec3 elements = area_elements(image);
+    if (needs_kernel(image, elements, height, facet_height)) {
+        if (!kernel_splat(image, receiver, splat, level)) return false;
+    } else {
+        if (!triangle_splat(image, elements, height, receiver, splat, level)) return false;
+        if (AREA_BY_PRODUCT) splat.irradiance *= product_over_area(surface, cell, image);
+    }
+    if (level > 0) atomicOr(coarse[index], 1u << level);
+    return true;
+}
+
+void main() {
+    uint index = push.first_splat + thread_index();
+    uint slot = thread_index();
+    if (index >= splat_totals[6]) return;
+    uint patch_count = totals[6];
+    SEARCH(block, 0, (patch_count + SPLAT_GROUP - 1) / SPLAT_GROUP, index, BLOCK_SPLATS)
+    index -= splat_sums[block].x;
+    uint first = block * SPLAT_GROUP;
+    SEARCH(patch_index, first, min(SPLAT_GROUP, patch_count - first), index, FIRST_SPLAT)
+    index -= splat_numbers[patch_index].x;
+    uint count = push.lobes * push.receiver_count;
+    uint target = 0;
+    uint packed = patch_splats[patch_index * count];
+    while (index >= splats_of(packed)) {
+        index -= splats_of(packed);
+        packed = patch_splats[patch_index * count + ++target];
+    }
+    PatchPlace place = find_patch(patch_index);
+    Light light = lights[place.light_index];
+    Surface surface = surface_toward(place.facet.triangle, light);
+    float eta = target % push.lobes == 0 ? 0.0 : surface.eta;
+    PlanarReceiver receiver = planar_receivers[target / push.lobes];
+    Cell cell = cell_of(facet_cell(place.facet), place.index, place.division);
+    uint along = along_of(packed);
+    cell = clipped_cell(surface, cell, light, receiver, eta, index / (along * along), is_clipped_of(packed));
+    cell = cell_of(cell, index % (along * along), along);
+    float facet_height = unpackHalf2x16(facet_images[place.pair * push.receiver_count + target / push.lobes].height_blur).x;
+    TriangleSplat splat;
+    if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, splat)) splat.lower = splat.upper = vec2(0.0);
+    triangle_splats[slot] = splat;
+    for (uint i = 0; i < 6; i++) quads[6 * slot + i] = 4 * slot + QUAD[i];
+}

@@ -1,0 +1,77 @@
+// scan: replaces the sums of blocks by their prefix sums, and writes the arguments of the passes that follow.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
+// Two VkDispatchIndirectCommands, of a thread for each unit of either sum, the two totals, and an unused word; then for
+// every batch of units of the first sum a VkDispatchIndirectCommand, a VkDrawIndexedIndirectCommand of a quad for each,
+// and an unused word.
+layout(std430, binding = 1) writeonly buffer Totals { uint totals[]; };
+layout(push_constant) uniform ScanPush {
+    uint block_count;
+    uint batches;
+    uint batch_size;
+} push;
+
+#include "blocks.glsl"
+
+// Workgroups of a dispatch in each row: every device supports this many.
+const uint MAX_GROUPS = 65535;
+
+void write_arguments(uint at, uint threads) {
+    uint groups = (threads + SPLAT_GROUP - 1) / SPLAT_GROUP;
+    totals[at] = min(groups, MAX_GROUPS);
+    totals[at + 1] = (groups + MAX_GROUPS - 1) / MAX_GROUPS;
+    totals[at + 2] = 1;
+}
+
+shared uvec2 sums[SPLAT_GROUP];
+
+// Sum of the values of all threads before this one (Hillis & Steele 1986); `total` is the sum over all threads. All
+// threads call it together.
+uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
+    uint i = gl_LocalInvocationIndex;
+    sums[i] = value;
+    barrier();
+    for (uint stride = 1; stride < SPLAT_GROUP; stride *= 2) {
+        uvec2 before = i >= stride ? sums[i - stride] : uvec2(0);
+        barrier();
+        sums[i] += before;
+        barrier();
+    }
+    total = sums[SPLAT_GROUP - 1];
+    uvec2 result = sums[i] - value;
+    barrier();
+    return result;
+}
+
+// One workgroup.
+void main() {
+    uvec2 before = uvec2(0);
+    for (uint first = 0; first < push.block_count; first += SPLAT_GROUP) {
+        uint block = first + gl_LocalInvocationIndex;
+        uvec2 total;
+        uvec2 sum = exclusive_sum(block < push.block_count ? block_sums[block] : uvec2(0), total);
+        if (block < push.block_count) block_sums[block] = before + sum;
+        before += total;
+    }
+    if (gl_LocalInvocationIndex == 0) {
+        write_arguments(0, before.x);
+        write_arguments(3, before.y);
+        totals[6] = before.x;
+        totals[7] = before.y;
+        for (uint batch = 0; batch < push.batches; batch++) {
+            uint first = batch * push.batch_size;
+            uint units = min(max(before.x, first) - first, push.batch_size);
+            uint at = 9 * (batch + 1);
+            write_arguments(at, units);
+            totals[at + 3] = 6 * units; // indices
+            totals[at + 4] = 1;         // instances
+            totals[at + 5] = 0;
+            totals[at + 6] = 0;
+            totals[at + 7] = 0;
+        }
+    }
+}

@@ -1,0 +1,138 @@
+// Facets of casters and their images on planar receivers. The including shader declares the buffers `triangles`,
+// `normals` and `objects`, and includes light.glsl, optics.glsl and planar_receiver.glsl.
+
+// The plane of a facet's triangle, oriented toward a light. Coordinates st are those of the triangle: 0 0, 1 0 and 0 1
+// are its corners.
+struct Surface {
+    vec3 position;   // of the first corner
+    vec3 edge1;
+    vec3 edge2;
+    vec3 normal;     // interpolated, at the first corner; toward the light
+    vec3 normal_ds;
+    vec3 normal_dt;
+    vec3 facing;     // unit normal of the plane; toward the light
+    float eta;       // see eta_of()
+    uint triangle;
+    uint object;
+};
+
+// The surface of `index` as `light` sees it. The back of a surface that only reflects is dark: eta = 0 and the facing
+// normal turned away.
+Surface surface_toward(uint index, Light light) {
+    Triangle triangle = triangles[index];
+    Normals corner = normals[index];
+    vec3 facing = cross(triangle.edge1, triangle.edge2);
+    vec3 s = disc_at(light, triangle.position + (triangle.edge1 + triangle.edge2) / 3.0).direction;
+    bool front = dot(facing, s) >= 0.0;
+    float eta = eta_of(objects[triangle.object], front);
+    float side = eta == 0.0 || front ? 1.0 : -1.0;
+    return Surface(triangle.position, triangle.edge1, triangle.edge2, side * corner.n0, side * (corner.n1 - corner.n0),
+        side * (corner.n2 - corner.n0), side * normalize(facing), eta, index, triangle.object);
+}
+
+vec3 position_at(Surface surface, vec2 st) {
+    return surface.position + st.x * surface.edge1 + st.y * surface.edge2;
+}
+
+vec3 normal_at(Surface surface, vec2 st) {
+    return normalize(surface.normal + st.x * surface.normal_ds + st.y * surface.normal_dt);
+}
+
+// Where the light that meets a point of a surface lands.
+struct Landing {
+    vec2 texel;      // on the receiver's plane, in the light-map image; beyond reach where `margin` < 0
+    float margin;    // < 0: no light of this lobe leaves the point for the receiver's front
+    float cosine;    // of the angle of incidence
+    float falloff;   // see LightDisc
+    float distance_; // to the receiver's plane, m
+    vec3 direction;  // unit, of the outgoing ray
+};
+
+// Distance from x beyond which a point of the receiver's plane is certainly outside the receiver, m.
+float reach_of(PlanarReceiver receiver, vec3 x) {
+    vec3 diagonal = receiver.edge_u + receiver.edge_v;
+    return distance(x, receiver.origin + 0.5 * diagonal) + length(diagonal);
+}
+
+// The landing on `receiver` of the light that meets the surface at st. eta = 0: reflected light; otherwise refracted.
+Landing land(Surface surface, Light light, PlanarReceiver receiver, float eta, vec2 st) {
+    vec3 x = position_at(surface, st);
+    vec3 n = normal_at(surface, st);
+    LightDisc disc = disc_at(light, x);
+    vec3 r = outgoing_direction(disc.direction, n, eta);
+    Landing landing;
+    landing.cosine = dot(n, disc.direction);
+    landing.falloff = disc.falloff;
+    landing.direction = r;
+    float aside = dot(r, surface.facing);
+    float height = dot(x - receiver.origin, receiver.normal);
+    // A point on the receiver itself counts as above it, whatever the rounding.
+    float slack = 1e-5 * (length(surface.edge1) + length(surface.edge2));
+    // Flatter rays leave the receiver's rectangle before they meet its plane.
+    float steepness = -dot(r, receiver.normal);
+    float flattest = max(height, slack) / reach_of(receiver, x);
+    landing.margin = min(min(landing.cosine, min(dot(surface.facing, disc.direction), eta == 0.0 ? aside : -aside)),
+        min(height + slack, steepness - flattest));
+    landing.distance_ = max(height, 0.0) / max(steepness, flattest);
+    landing.texel = to_texels(receiver, x + landing.distance_ * (r + max(flattest - steepness, 0.0) * -receiver.normal));
+    return landing;
+}
+
+// Light per area of the surface: the irradiance over Light.power times the lobe's share.
+vec3 sent(Surface surface, Landing landing, float eta) {
+    float arriving = landing.falloff * max(landing.cosine, 0.0);
+    vec3 share = reflected_share(objects[surface.object], max(landing.cosine, 0.0), surface.eta);
+    return arriving * (eta == 0.0 ? share : 1.0 - share);
+}
+
+// --- A lattice on a triangle ----------------------------------------------------------------------------------------
+
+// A triangle in the coordinates of its surface: corner, corner + side (1, 0) and corner + side (0, 1) for the two
+// columns of sides.
+struct Cell {
+    vec2 corner;
+    mat2 sides;
+};
+
+vec2 place_in(Cell cell, vec2 st) {
+    return cell.corner + cell.sides * st;
+}
+
+// Cell `index` of the n^2 cells of a triangle, as (column, row) of its first corner and +1 or -1, the direction of its
+// sides. Row r holds n - r upright cells and n - r - 1 inverted cells between them, 2 (n - r) - 1 in total. The `left`
+// last cells, counting from this one, therefore fill more than m - 1 and at most m = n - r rows: m is the square root of
+// `left`, rounded up.
+ivec3 lattice_cell(uint index, uint n) {
+    uint left = n * n - index;
+    uint m = uint(ceil(sqrt(float(left))));
+    // The float is wrong by at most one for all n < 2^16.
+    if ((m - 1) * (m - 1) >= left) m--; else if (m * m < left) m++;
+    uint column = m * m - left;
+    bool turned = column % 2 == 1;
+    return ivec3(ivec2(column / 2, n - m) + (turned ? 1 : 0), turned ? -1 : 1);
+}
+
+// The part of `whole` that cell `index` of n^2 is.
+Cell cell_of(Cell whole, uint index, uint n) {
+    ivec3 at = lattice_cell(index, n);
+    return Cell(place_in(whole, vec2(at.xy) / float(n)), whole.sides * (float(at.z) / float(n)));
+}
+
+// Index of the lattice point (i, j), 0 <= i + j <= n, row by row.
+uint lattice_point(uvec2 at, uint n) {
+    return at.y * (n + 1) - at.y * (at.y - 1) / 2 + at.x;
+}
+
+// The inverse of lattice_point().
+uvec2 lattice_place(uint index, uint n) {
+    uint left = (n + 1) * (n + 2) / 2 - index; // points of this row and the next ones, from this one on
+    uint m = uint(ceil(sqrt(2.0 * float(left) + 0.25) - 0.5)); // points of this row
+    if (m * (m - 1) / 2 >= left) m--; else if (m * (m + 1) / 2 < left) m++;
+    return uvec2(m * (m + 1) / 2 - left, n + 1 - m);
+}
+
+// The facet as a part of its triangle.
+Cell facet_cell(Facet facet) {
+    Cell whole = Cell(vec2(0.0), mat2(1.0));
+    return cell_of(whole, facet.place & 0xffffu, facet.place >> 16);
+}

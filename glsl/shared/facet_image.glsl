@@ -1,0 +1,174 @@
+// The image of a cell of a surface on a planar receiver: where its corners and the midpoints of its sides land, and how
+// the light's disc and the texel blur it. The including shader includes facet.glsl and kernel.glsl.
+
+#include "light_axes.glsl"
+
+// The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
+layout(constant_id = 2) const bool BEAMS = false;
+
+struct CellImage {
+    vec2 corners[3];   // texels
+    vec2 midpoints[3]; // of the sides 01, 12 and 20
+    vec3 margins;      // of the corners: see Landing
+    vec3 flux;         // W
+    vec3 density;      // cosine times the share of the light at the corners
+    mat2 of_light;     // root of the covariance of the light's disc, texels
+    vec3 blur;         // covariance of that disc and a texel, texels^2
+    bool is_whole;     // whether all of these points send light to the receiver's front
+    bool is_lit;       // whether some of them do, and all corners send light
+};
+
+// Root of the covariance of the light's disc around the landing, texels.
+mat2 light_root(Surface surface, Light light, PlanarReceiver receiver, float eta, vec2 st, Landing landing) {
+    if (BEAMS) return mat2(0.0);
+    vec3 x = position_at(surface, st);
+    vec3 n = normal_at(surface, st);
+    LightDisc disc = disc_at(light, x);
+    vec3 a, b;
+    light_axes(light, disc, a, b);
+    a = landing.distance_ * outgoing_change(disc.direction, n, a, vec3(0.0), eta);
+    b = landing.distance_ * outgoing_change(disc.direction, n, b, vec3(0.0), eta);
+    return mat2(landing_change(receiver, landing.direction, a), landing_change(receiver, landing.direction, b));
+}
+
+// Sides of a parallelogram with the covariance m.
+mat2 blur_box(vec3 m) {
+    // The symmetric root of a 2 x 2 matrix (Levinger 1980). It tends to the texel itself where the disc is small.
+    float root = sqrt(m.x * m.z - m.y * m.y);
+    m = (m + root * vec3(1.0, 0.0, 1.0)) * (sqrt(12.0) * inversesqrt(m.x + m.z + 2.0 * root));
+    return mat2(m.xy, m.yz);
+}
+
+CellImage image_of(Surface surface, Cell cell, Light light, PlanarReceiver receiver, float eta) {
+    CellImage image;
+    bool some = false;
+    bool all_send = true;
+    image.is_whole = true;
+    vec3 at_corners = vec3(0.0);
+    for (int i = 0; i < 3; i++) {
+        vec2 st = vec2(i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0);
+        Landing landing = land(surface, light, receiver, eta, place_in(cell, st));
+        vec3 light_sent = landing.margin >= 0.0 ? sent(surface, landing, eta) : vec3(0.0);
+        image.corners[i] = landing.texel;
+        image.margins[i] = landing.margin;
+        image.density[i] = dot(light_sent, vec3(1.0));
+        image.is_whole = image.is_whole && landing.margin >= 0.0;
+        some = some || landing.margin >= 0.0;
+        all_send = all_send && landing.direction != vec3(0.0);
+        at_corners += light_sent;
+    }
+    vec3 at_midpoints = vec3(0.0);
+    for (int i = 0; i < 3; i++) {
+        vec2 st = place_in(cell, vec2(i == 2 ? 0.0 : 0.5, i == 0 ? 0.0 : 0.5));
+        Landing landing = land(surface, light, receiver, eta, st);
+        image.midpoints[i] = landing.texel;
+        image.is_whole = image.is_whole && landing.margin >= 0.0;
+        some = some || landing.margin >= 0.0;
+        if (landing.margin >= 0.0) at_midpoints += sent(surface, landing, eta);
+        if (i == 1) image.of_light = light_root(surface, light, receiver, eta, st, landing);
+    }
+    image.blur = covariance_of(image.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
+    // The mean over the midpoints is exact for quadratic functions. Where only a part of the cell sends light, the
+    // corners count too.
+    vec3 mean = image.is_whole ? at_midpoints / 3.0 : at_midpoints / 4.0 + at_corners / 12.0;
+    image.flux = light.power * mean * (0.5 * length(cross(surface.edge1, surface.edge2)) * abs(determinant(cell.sides)));
+    image.is_lit = some && all_send;
+    return image;
+}
+
+// The largest distance of a midpoint from the straight side, texels.
+float deviation_of(CellImage image) {
+    float most = 0.0;
+    for (int i = 0; i < 3; i++) most = max(most, distance(image.midpoints[i], 0.5 * (image.corners[i] + image.corners[(i + 1) % 3])));
+    return most;
+}
+
+float longest_side(CellImage image) {
+    return max(max(distance(image.corners[0], image.corners[1]), distance(image.corners[1], image.corners[2])), distance(image.corners[2], image.corners[0]));
+}
+
+// Twice the signed area of the triangle between the corners, texels^2.
+float doubled_area(CellImage image) {
+    return cross2(image.corners[1] - image.corners[0], image.corners[2] - image.corners[0]);
+}
+
+// Smallest ratio of the image's area element at a corner to the triangle's, below which a fold is near.
+const float MIN_STRETCH = 0.25;
+
+// Area elements of the quadratic map through the six places, at the three corners.
+vec3 area_elements(CellImage image) {
+    vec3 elements;
+    for (int k = 0; k < 3; k++) {
+        // Derivatives at corner k along the sides to the next and the last corner.
+        vec2 next = 4.0 * image.midpoints[k] - 3.0 * image.corners[k] - image.corners[(k + 1) % 3];
+        vec2 last = 4.0 * image.midpoints[(k + 2) % 3] - 3.0 * image.corners[k] - image.corners[(k + 2) % 3];
+        elements[k] = cross2(next, last);
+    }
+    return elements;
+}
+
+// Whether a fold of the image is within the triangle or near it.
+bool near_fold(CellImage image, vec3 elements) {
+    float area = doubled_area(image);
+    return any(lessThanEqual(elements * area, vec3(MIN_STRETCH * area * area)));
+}
+
+// Side of a square as large as the parallelogram that blurs the image, texels.
+float blur_side(CellImage image) {
+    vec3 m = 12.0 * image.blur;
+    return sqrt(sqrt(m.x * m.z - m.y * m.y));
+}
+
+// Whether no part of the image falls on the receiver's light map.
+bool misses(CellImage image, PlanarReceiver receiver) {
+    vec2 low = min(min(image.corners[0], image.corners[1]), image.corners[2]);
+    vec2 high = max(max(image.corners[0], image.corners[1]), image.corners[2]);
+    mat2 box = blur_box(image.blur);
+    vec2 beyond = deviation_of(image) + 0.5 * (abs(box[0]) + abs(box[1]));
+    vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
+    vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
+    return any(lessThan(high + beyond, tile_low)) || any(greaterThan(low - beyond, tile_high));
+}
+
+// --- Clipping -------------------------------------------------------------------------------------------------------
+
+// Number of triangles that remain of a cell where margins are positive; `margins` are those of its corners.
+uint clipped_parts(vec3 margins) {
+    uint positive = (margins.x >= 0.0 ? 1 : 0) + (margins.y >= 0.0 ? 1 : 0) + (margins.z >= 0.0 ? 1 : 0);
+    return positive == 2 ? 2 : 1;
+}
+
+Cell cell_between(vec2 a, vec2 b, vec2 c) {
+    return Cell(a, mat2(b - a, c - a));
+}
+
+// The last point between `inside` and `outside` that sends light to the receiver's front, if `is_clipped`. lavapipe runs
+// the code of a branch that no thread takes, but only one iteration of such a loop.
+vec2 edge_between(Surface surface, Light light, PlanarReceiver receiver, float eta, vec2 inside, vec2 outside, bool is_clipped) {
+    for (int i = 0; i < (is_clipped ? 6 : 0); i++) {
+        vec2 middle = 0.5 * (inside + outside);
+        if (land(surface, light, receiver, eta, middle).margin >= 0.0) inside = middle; else outside = middle;
+    }
+    return inside;
+}
+
+// Part `part` of the cell that sends light to the receiver's front, if `is_clipped`.
+Cell clipped_cell(Surface surface, Cell cell, Light light, PlanarReceiver receiver, float eta, uint part, bool is_clipped) {
+    bool sends[3] = bool[](true, true, true);
+    for (int i = 0; i < (is_clipped ? 3 : 0); i++) {
+        sends[i] = land(surface, light, receiver, eta, place_in(cell, vec2(i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0))).margin >= 0.0;
+    }
+    is_clipped = sends[0] != sends[1] || sends[0] != sends[2];
+    // The boundary separates one corner, a, from the two others.
+    uint alone = sends[1] == sends[2] ? 0 : sends[0] == sends[2] ? 1 : 2;
+    bool sends_alone = sends[alone];
+    vec2 corners[3] = vec2[](cell.corner, cell.corner + cell.sides[0], cell.corner + cell.sides[1]);
+    vec2 a = corners[alone];
+    vec2 b = corners[(alone + 1) % 3];
+    vec2 c = corners[(alone + 2) % 3];
+    vec2 on_ab = edge_between(surface, light, receiver, eta, sends_alone ? a : b, sends_alone ? b : a, is_clipped);
+    vec2 on_ac = edge_between(surface, light, receiver, eta, sends_alone ? a : c, sends_alone ? c : a, is_clipped);
+    if (!is_clipped) return cell;
+    if (sends_alone) return cell_between(a, on_ab, on_ac);
+    return part == 0 ? cell_between(b, c, on_ac) : cell_between(b, on_ac, on_ab);
+}

@@ -1,0 +1,29 @@
+// Rays from facets to lights and to planar receivers. The including shader includes facet.glsl and trace.glsl.
+
+// Distance of a ray's start from the surface over the surface's size, so that the ray does not meet the facets next to
+// its own.
+const float RAY_OFFSET = 1e-4;
+
+bool is_inside(PlanarReceiver receiver, vec2 texel) {
+    vec2 low = vec2(receiver.tile_x, receiver.tile_y);
+    return all(greaterThanEqual(texel, low)) && all(lessThanEqual(texel, low + vec2(receiver.width, receiver.height)));
+}
+
+// Start of a ray in the direction `to`.
+vec3 ray_start(Surface surface, vec2 st, vec3 to) {
+    float offset = RAY_OFFSET * max(length(surface.edge1), length(surface.edge2));
+    vec3 n = normal_at(surface, st);
+    return position_at(surface, st) + (dot(n, to) < 0.0 ? -offset : offset) * n;
+}
+
+bool light_arrives(Surface surface, Light light, vec2 st) {
+    vec3 x = position_at(surface, st);
+    vec3 s = disc_at(light, x).direction;
+    return !occluded(ray_start(surface, st, s), s, distance_to_light(light, x, s), surface.triangle);
+}
+
+bool light_leaves(Surface surface, vec2 st, PlanarReceiver receiver, vec2 texel) {
+    vec3 target = from_texels(receiver, texel);
+    vec3 start = ray_start(surface, st, target - position_at(surface, st));
+    return !occluded(start, target - start, SHADOW_RAY_END, surface.triangle);
+}

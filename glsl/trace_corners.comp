@@ -1,0 +1,100 @@
+// trace_corners: finds whether light reaches the corners of patches and from there the receivers.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
+layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
+layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
+layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
+layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+layout(std430, binding = 6) readonly buffer Facets { Facet facets[]; };
+layout(std430, binding = 7) readonly buffer Corners { FacetCorner facet_corners[]; };
+layout(std430, binding = 8) readonly buffer Patches { FacetPatches facet_patches[]; };
+layout(std430, binding = 9) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
+layout(std430, binding = 10) readonly buffer PatchNumbers { uvec2 patch_numbers[]; };
+layout(std430, binding = 11) readonly buffer Totals { uint totals[]; };
+layout(std430, binding = 12) buffer Visibility { uint visibility[]; };
+#include "facet_push.glsl"
+
+#include "trace.glsl"
+#include "light.glsl"
+#include "optics.glsl"
+#include "planar_receiver.glsl"
+#include "facet.glsl"
+#include "facet_rays.glsl"
+#include "facet_visibility.glsl"
+#include "blocks.glsl"
+
+#define BLOCK_POINTS(i) patch_sums[i].y
+#define FIRST_POINT(i) patch_numbers[i].y
+
+void main() {
+    uint corners = push.corner_count * push.light_count;
+    uint words = words_of_targets();
+    uint index = thread_index() + (push.is_lattice != 0 ? corners : 0);
+    uint light_index;
+    uint triangle;
+    vec2 st;
+    uint targets = 0xffffffffu;
+    if (push.is_lattice == 0) {
+        if (index >= corners || visibility[index * words] != NEEDED) return;
+        light_index = index / push.corner_count;
+        FacetCorner corner = facet_corners[index % push.corner_count];
+        triangle = corner.triangle;
+        st = vec2(corner.s, corner.t);
+    } else {
+        uint point = index - corners;
+        if (point >= totals[7]) return;
+        uint pairs = push.facet_count * push.light_count;
+        SEARCH(block, 0, (pairs + SPLAT_GROUP - 1) / SPLAT_GROUP, point, BLOCK_POINTS)
+        point -= patch_sums[block].y;
+        uint first = block * SPLAT_GROUP;
+        SEARCH(pair, first, min(SPLAT_GROUP, pairs - first), point, FIRST_POINT)
+        FacetPatches patches = facet_patches[pair];
+        uint n = patches.division;
+        uvec2 place = lattice_place(point - patch_numbers[pair].y, n);
+        // The facet's own corners are listed with the other facets' corners.
+        if (place.x == n || place.y == n || place.x + place.y == 0) return;
+        Facet facet = facets[pair % push.facet_count];
+        light_index = pair / push.facet_count;
+        // Where the facet's corners agree, so does everything between them.
+        uvec3 corners_at = (light_index * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;
+        bool agree = true;
+        for (uint word = 0; word < words; word++) {
+            uvec3 states = uvec3(visibility[corners_at.x + word], visibility[corners_at.y + word], visibility[corners_at.z + word]);
+            agree = agree && is_known(states.x) && all(equal(states, states.xxx));
+            visibility[index * words + word] = states.x;
+        }
+        if (agree) return;
+        triangle = facet.triangle;
+        targets = patches.targets;
+        st = place_in(facet_cell(facet), vec2(place) / float(n));
+    }
+    Light light = lights[light_index];
+    Surface surface = surface_toward(triangle, light);
+    uint word = 0;
+    // Whether the light arrives: 0 not known, 1 blocked, 2 lit.
+    uint arrives = UNKNOWN;
+    uint count = push.lobes * push.receiver_count;
+    for (uint target = 0; target < count; target++) {
+        uint lobe = target % push.lobes;
+        bool may_light = (targets >> min(target, 31u) & 1u) != 0 && (lobe == 0 || surface.eta != 0.0);
+        if (may_light && arrives != BLOCKED) {
+            PlanarReceiver receiver = planar_receivers[target / push.lobes];
+            Landing landing = land(surface, light, receiver, lobe == 0 ? 0.0 : surface.eta, st);
+            if (landing.margin >= 0.0 && is_inside(receiver, landing.texel)) {
+                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st) ? LIT : BLOCKED;
+                bool lit = arrives == LIT && light_leaves(surface, st, receiver, landing.texel);
+                word |= (lit ? LIT : BLOCKED) << 2 * (target % 16);
+            }
+        }
+        if (arrives == BLOCKED && may_light) word |= BLOCKED << 2 * (target % 16);
+        if (target % 16 == 15 || target + 1 == count) {
+            visibility[index * words + target / 16] = word;
+            word = 0;
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Facets: the casters' triangles, coarse ones divided, with their corners. They depend on the meshes' topology only, so
+//! that a moving scene uploads none.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Context, Staging};
+use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::gpu_types::{Facet, FacetCorner};
+use crate::render::settings::{Method, Settings};
+use crate::scene::Scene;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Facets to aim for, over the number of samples: coarser casters are divided. Patches of a facet are of one size, and
+/// what happens between its corners may go unseen.
+const FACETS_PER_SAMPLE: f64 = 0.25;
+/// Largest number of facets that casters are divided into.
+const MAX_FACETS: f64 = 262_144.0;
+/// Patches beyond one for each pair of facet and light, for an error to aim for: at first, and at most.
+pub const FIRST_BUDGET: u32 = 1 << 16;
+pub const MAX_BUDGET: u32 = 1 << 20;
+/// Largest number of facets along an edge of a triangle.
+const MAX_SIZE: u32 = 64;
+
+pub struct DeviceFacets {
+    pub facets: Buffer,
+    pub corners: Buffer,
+    pub facet_count: u32,
+    pub corner_count: u32,
+}
+
+impl DeviceFacets {
+    /// Allocates for the casters of `scene` and stages their facets.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] if device memory is insufficient.
+    pub fn new(
+        context: &Arc<Context>,
+        staging: &mut Staging,
+        scene: &Scene,
+        store: &TriangleStore,
+        settings: &Settings,
+    ) -> Result<Self> {
+        let (facets, corners) = facets(scene, store, settings);
+        let device = Self {
+            facets: Buffer::new(context, "facets", size_of_val(&*facets) as u64)?,
+            corners: Buffer::new(context, "facet corners", size_of_val(&*corners) as u64)?,
+            facet_count: facets.len() as u32,
+            corner_count: corners.len() as u32,
+        };
+        staging.write(&device.facets, 0, &facets)?;
+        staging.write(&device.corners, 0, &corners)?;
+        Ok(device)
+    }
+
+    /// Stages the facets again: the hierarchy was rebuilt, which changes the indices of all triangles.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn renumber(
+        &self,
+        staging: &mut Staging,
+        scene: &Scene,
+        store: &TriangleStore,
+        settings: &Settings,
+    ) -> Result<()> {
+        let (facets, corners) = facets(scene, store, settings);
+        staging.write(&self.facets, 0, &facets)?;
+        staging.write(&self.corners, 0, &corners)
+    }
+}
+
+fn facets(
+    scene: &Scene,
+    store: &TriangleStore,
+    settings: &Settings,
+) -> (Vec<Facet>, Vec<FacetCorner>) {
+    let area: f64 = (scene.specular_objects())
+        .flat_map(|(index, _)| store.indices(index))
+        .map(|&place| f64::from(store.triangles[place as usize].area()))
+        .sum();
+    // The method beams has patches of one size.
+    let min_facets = match settings.method {
+        Method::Beams => 0.0,
+        _ => (FACETS_PER_SAMPLE * f64::from(settings.samples)).min(MAX_FACETS),
+    };
+    let (mut facets, mut corners) = (Vec::new(), Vec::new());
+    for (index, object) in scene.specular_objects() {
+        let mesh = object.geometry.mesh();
+        // The corner of each vertex of the mesh, where facets share it.
+        let mut of_vertex = vec![u32::MAX; mesh.positions.len()];
+        for (vertices, &triangle) in mesh.triangles.iter().zip(store.indices(index)) {
+            let share = f64::from(store.triangles[triangle as usize].area()) / area;
+            let size = (min_facets * share).sqrt().round().min(MAX_SIZE.into()) as u32;
+            let size = size.max(1);
+            let mut of_point = HashMap::new();
+            let mut corner = |i: u32, j: u32| {
+                let vertex = match (i, j) {
+                    (0, 0) => Some(vertices[0]),
+                    _ if i == size => Some(vertices[1]),
+                    _ if j == size => Some(vertices[2]),
+                    _ => None,
+                };
+                let place = match vertex {
+                    Some(vertex) => &mut of_vertex[vertex as usize],
+                    None => of_point.entry((i, j)).or_insert(u32::MAX),
+                };
+                if *place == u32::MAX {
+                    *place = corners.len() as u32;
+                    let [s, t] = [i, j].map(|k| k as f32 / size as f32);
+                    corners.push(FacetCorner { triangle, s, t });
+                }
+                *place
+            };
+            let mut part = 0;
+            // In the order of lattice_cell() of facet.glsl.
+            for row in 0..size {
+                for column in 0..2 * (size - row) - 1 {
+                    let (i, j) = (column / 2, row);
+                    let [corner0, corner1, corner2] = match column % 2 {
+                        0 => [corner(i, j), corner(i + 1, j), corner(i, j + 1)],
+                        _ => [corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)],
+                    };
+                    facets.push(Facet {
+                        triangle,
+                        place: part | size << 16,
+                        corner0,
+                        corner1,
+                        corner2,
+                    });
+                    part += 1;
+                }
+            }
+        }
+    }
+    (facets, corners)
+}

@@ -1,0 +1,136 @@
+//! The error that is aimed for, estimated and found, on meshes that are irregular.
+
+#![cfg(feature = "cli")]
+
+mod common;
+
+use common::{
+    Device, assert_error, brighter, image, l1, load, moved, nephroid, only_receiver, options,
+    scene_path, solve,
+};
+use glam::DVec3;
+use nephroid::render::{MAX_PATCHES, Settings};
+use nephroid::scene::Scene;
+use predicates::prelude::*;
+use predicates::str::contains;
+
+const TEXELS: [u32; 2] = [128, 128];
+/// Expected L1 error of the references.
+const NOISE: f64 = 0.008;
+const SCENES: [&str; 4] = ["mesh_cage", "mesh_rock", "mesh_animal", "mesh_part"];
+
+fn scene(name: &str) -> Scene {
+    only_receiver(load(&format!("{name}.toml")), "floor", TEXELS)
+}
+
+fn aiming_for(error: f32) -> Settings {
+    Settings {
+        error: Some(error),
+        ..Settings::default()
+    }
+}
+
+/// Estimated and true error, and the number of patches.
+fn errors(device: &Device, scene: &Scene, truth: &Scene, target: f32) -> (f64, f64, u32) {
+    let reference = image(&solve(truth, "floor", TEXELS, &options(NOISE)));
+    let mut renderer = device.renderer(scene, &aiming_for(target));
+    renderer.caustic().unwrap();
+    let floor = scene.object_index("floor").unwrap();
+    let found = l1(&renderer.read_caustic(floor).unwrap(), &reference);
+    let estimated = renderer.estimated_error().unwrap().unwrap();
+    // The noise is independent of the error.
+    let found = (found * found - NOISE * NOISE).max(0.0).sqrt();
+    (estimated.into(), found, renderer.samples().unwrap())
+}
+
+#[test]
+fn the_error_is_kept_and_estimated() {
+    let device = Device::open();
+    for name in SCENES {
+        let scene = scene(name);
+        let target = 0.02;
+        let (estimated, found, _) = errors(&device, &scene, &scene, target);
+        println!("{name}: estimated {estimated}, found {found}");
+        assert!(
+            estimated <= 1.001 * f64::from(target),
+            "{name}: {estimated}"
+        );
+        assert!(
+            (0.5..=2.0).contains(&(estimated / found)),
+            "{name}: {estimated} {found}"
+        );
+        // 5 % too bright.
+        let (_, perturbed, _) = errors(&device, &brighter(scene.clone(), 1.05), &scene, target);
+        assert_error(&format!("{name}, target 2 %"), 0.025, found, perturbed);
+    }
+}
+
+/// Smaller targets take more patches, beyond what the first buffers hold, and leave smaller errors.
+#[test]
+fn a_smaller_target_takes_more_patches() {
+    let device = Device::open();
+    let scene = scene("mesh_animal");
+    let [coarse, middle, fine] =
+        [0.06, 0.02, 0.008].map(|target| errors(&device, &scene, &scene, target));
+    assert!(
+        coarse.0 > middle.0 && middle.0 > fine.0,
+        "{coarse:?} {middle:?} {fine:?}"
+    );
+    assert!(
+        coarse.1 > middle.1 && middle.1 > fine.1,
+        "{coarse:?} {middle:?} {fine:?}"
+    );
+    assert!(
+        4 * coarse.2 < middle.2 && 2 * middle.2 < fine.2,
+        "{coarse:?} {middle:?} {fine:?}"
+    );
+    assert!((1 << 16..MAX_PATCHES).contains(&fine.2), "{fine:?}");
+}
+
+/// The same scene gives the same patches, whatever was shown before: nothing depends on history.
+#[test]
+fn a_frame_depends_on_its_scene_alone() {
+    let device = Device::open();
+    let scene = scene("mesh_cage");
+    let turned = moved(scene.clone(), "head", 0.7, DVec3::ZERO);
+    let settings = aiming_for(0.03);
+    let floor = scene.object_index("floor").unwrap();
+    let mut renderer = device.renderer(&scene, &settings);
+    let mut map = |scene: &Scene| {
+        renderer.update(scene).unwrap();
+        renderer.caustic().unwrap();
+        renderer.read_caustic(floor).unwrap().pixels
+    };
+    let (first, other, again) = (map(&scene), map(&turned), map(&scene));
+    assert!(first == again && first != other);
+}
+
+#[test]
+fn impossible_targets_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.exr");
+    let bake = |arguments: &[&str]| {
+        let mut bake = nephroid();
+        bake.arg("bake")
+            .arg(scene_path("mirror.toml"))
+            .args(["--lightmap", "32"]);
+        bake.args(arguments).arg("-o").arg(&output).assert()
+    };
+    for target in ["0", "-0.01", "nan", "1e-9", "2", "two"] {
+        bake(&[&format!("--error={target}")])
+            .code(2)
+            .stderr(contains("relative error"));
+    }
+    bake(&["--error=0.02", "--samples=100"])
+        .code(2)
+        .stderr(contains("--samples"));
+    bake(&["--error=0.02", "--method=points"])
+        .code(2)
+        .stderr(contains("points cannot aim for an error").and(contains("remedy")));
+    assert!(!output.exists());
+    // Below what the method can do: the best that it can, and a note.
+    bake(&["--error=0.0001"])
+        .success()
+        .stderr(contains("above the 0.01 % to aim for"));
+    assert!(output.exists());
+}
