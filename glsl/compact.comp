@@ -3,9 +3,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
+#include "quad_corners.glsl"
 
-// Corners of a quad's two triangles.
-const uint CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; }; // splats, lit pairs
@@ -17,24 +16,7 @@ layout(push_constant) uniform CompactPush {
     uint slots;          // slots per pair
 } push;
 
-shared uvec2 sums[SPLAT_GROUP];
-
-// Sum of the values of all threads before this one (Hillis & Steele 1986); `total` is the sum over all threads.
-uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
-    uint i = gl_LocalInvocationIndex;
-    sums[i] = value;
-    barrier();
-    for (uint stride = 1; stride < SPLAT_GROUP; stride *= 2) {
-        uvec2 before = i >= stride ? sums[i - stride] : uvec2(0);
-        barrier();
-        sums[i] += before;
-        barrier();
-    }
-    total = sums[SPLAT_GROUP - 1];
-    uvec2 result = sums[i] - value;
-    barrier();
-    return result;
-}
+#include "prefix_sum.glsl"
 
 void main() {
     // Sums over the pairs of the preceding groups. The projector counted the pairs in groups of 64.
@@ -52,7 +34,7 @@ void main() {
         uint count = counts[pair]; // not in the condition: the validation layer breaks there
         for (uint i = 0; i < count; i++) {
             uint vertex = 4 * (pair * push.slots + i);
-            for (uint j = 0; j < 6; j++) quads[6 * rank + j] = vertex + CORNERS[j];
+            for (uint j = 0; j < 6; j++) quads[6 * rank + j] = vertex + QUAD_CORNERS[j];
             rank++;
         }
     }

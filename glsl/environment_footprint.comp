@@ -29,8 +29,6 @@ layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch 
 #include "cluster.glsl"
 #include "slots.glsl"
 
-// Footprints of at most this many texels are normalised over the texels that they touch.
-const float MAX_NORMALISED_TEXELS = 36.0;
 // A footprint that subtends less than this angle, rad, spreads its flux evenly on the plane instead of over directions.
 const float MAX_PLANAR_ANGLE = 0.05;
 
@@ -61,7 +59,7 @@ struct PatchImage {
 
 // Writes the footprints of `patch_` with `flux`, W, on `receiver`, number `index`, along the outgoing direction r of the
 // patch's centroid, to the buffer from `slot` on. Returns their number: 0, 1, or 2 where the patch's plane folds the
-// first footprint. eta = 0: reflected light; otherwise refracted. 
+// first footprint. eta = 0: reflected light; otherwise refracted.
 //
 // Footprints are not returned: lavapipe copies an array of them at every call, which took a quarter of the time on a
 // scene of two lobes and five receivers.

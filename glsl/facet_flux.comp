@@ -41,7 +41,7 @@ bool lights_receiver(Surface surface, Cell cell, Light light, PlanarReceiver rec
     // Where some rays miss the plane, the bounds of the others say little.
     vec2 inside = image.is_whole ? max(min(high, tile_high) - max(low, tile_low), 0.0) / max(high - low, 1e-6) : vec2(1.0);
     float longest = longest_side(image);
-    float height = abs(doubled_area(image)) / max(longest, 1e-6);
+    float height = height_of(image);
     found.flux = dot(image.flux, vec3(1.0 / 3.0)) * inside.x * inside.y;
     if (!image.is_whole) deviation = 0.0;
     const float LARGEST = 6e4;

@@ -51,7 +51,7 @@ uint triangles_for(Surface surface, Cell cell, Light light, uint index, float et
     float patch_share = shares[index].patch_share;
     float share = dot(image.flux, vec3(1.0 / 3.0)) / max(shares[index].flux, 1e-30);
     float longest = longest_side(image);
-    float height = abs(doubled_area(image)) / max(longest, 1e-6);
+    float height = height_of(image);
     float blur = blur_side(image);
     float n = image_division(share, deviation_of(image), height, blur, patch_share);
     // Rays from every triangle of a mixed patch.

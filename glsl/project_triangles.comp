@@ -30,6 +30,7 @@ layout(std430, binding = 19) readonly buffer Images { FacetImage facet_images[];
 #include "light.glsl"
 #include "optics.glsl"
 #include "kernel_fit.glsl"
+#include "quad_corners.glsl"
 #include "planar_receiver.glsl"
 #include "facet.glsl"
 #include "facet_image.glsl"
@@ -44,15 +45,13 @@ layout(std430, binding = 19) readonly buffer Images { FacetImage facet_images[];
 // For measurements: beams take the product of two lengths for the area of an image, see product_over_area().
 layout(constant_id = 1) const bool AREA_BY_PRODUCT = false;
 
-// Corners of a quad's two triangles.
-const uint QUAD[6] = uint[](0, 1, 2, 2, 1, 3);
 // Lower bound on the length and height of a triangle over the blur, so that no area is zero.
 const float MIN_THICKNESS = 1.0 / 16.0;
-// At folds and foci, the light's disc gives the image its profile, which a parallelogram does not have, and a triangle becomes a
-// kernel where it is less high than this share of the blur, and the facet's whole image is, too, or the density changes by
-// more than this share within the blur. With triangles only, `bumps` at 256^2 kept an error of 3.7 % however fine the patches; with these kernels it has 1.2
-// %. Kernels add up less evenly than triangles: with kernels for all small triangles, single texels of a flat mirror's image
-// were 2 % off.
+// At folds and foci the light's disc shapes the image, and a parallelogram has another profile. A triangle becomes a kernel
+// if its height is less than this share of the blur, and in addition either the height of the whole facet's image is, or
+// the density changes by more than KERNEL_CHANGE within the blur. With triangles only, `bumps` at 256^2 kept an error of
+// 3.7 % however fine the patches; with these kernels it has 1.2 %. Kernels add up less evenly than triangles: with kernels
+// for all small triangles, single texels of a flat mirror's image were 2 % off.
 const float KERNEL_HEIGHT = 0.3;
 const float KERNEL_CHANGE = 0.1;
 // Variance of such a kernel over the variance of its patch's image.
@@ -60,12 +59,10 @@ const float KERNEL_SPREAD = 1.5;
 
 // Variance of a light's image below which a texel alone gives the profile, texels^2.
 const float MIN_DISC = 0.01;
-// Largest box of texels that a kernel is summed over.
-const float MAX_SUMMED_TEXELS = 36.0;
 
-// A place of light maps that splats of some width go to: the light map itself or a coarser level. Interpolation of level l
-// adds the variance (4^l - 1)/4 on each axis, so that splats are narrowed by that variance first.
-struct Target {
+// The level of a light map that a splat goes to. Interpolation of level l adds the variance (4^l - 1)/4 on each axis, so
+// that splats are narrowed by that variance first.
+struct SplatLevel {
     Level tile;
     int level;
     float scale;     // texels of the level over those of the light map
@@ -75,22 +72,22 @@ struct Target {
 };
 
 // The coarsest level for splats with this covariance, in texels^2.
-Target target_for(PlanarReceiver receiver, vec3 covariance) {
+SplatLevel splat_level(PlanarReceiver receiver, vec3 covariance) {
     float determinant = covariance.x * covariance.z - covariance.y * covariance.y;
     int level = level_for(receiver, clamp(minor_eigenvalue(covariance, determinant), 0.0, 1e6));
     float width = float(1 << level);
-    return Target(level_of(receiver, level), level, 1.0 / width, vec2(receiver.tile_x, receiver.tile_y),
+    return SplatLevel(level_of(receiver, level), level, 1.0 / width, vec2(receiver.tile_x, receiver.tile_y),
         0.25 * (width * width - 1.0), width * width * texel_area(receiver));
 }
 
-vec2 place_on(Target target, vec2 texel) {
-    return vec2(target.tile.origin) + (texel - target.origin) * target.scale;
+vec2 place_on(SplatLevel level, vec2 texel) {
+    return vec2(level.tile.origin) + (texel - level.origin) * level.scale;
 }
 
-// The texels of `target` whose centres are between `low` and `high`. Returns whether there are any.
-bool set_bounds(inout TriangleSplat splat, Target target, vec2 low, vec2 high) {
+// The texels of `level` whose centres are between `low` and `high`. Returns whether there are any.
+bool set_bounds(inout TriangleSplat splat, SplatLevel level, vec2 low, vec2 high) {
     vec2 tile_low, tile_high;
-    level_bounds(target.tile, target.level, tile_low, tile_high);
+    level_bounds(level.tile, level.level, tile_low, tile_high);
     splat.lower = floor(clamp(low + 0.5, tile_low, tile_high));
     splat.upper = ceil(clamp(high - 0.5, tile_low, tile_high));
     return all(lessThan(splat.lower, splat.upper));
@@ -103,8 +100,7 @@ bool needs_kernel(CellImage image, vec3 elements, float height, float facet_heig
     float least = min(min(elements.x, elements.y), elements.z);
     float mean = abs(elements.x + elements.y + elements.z) / 3.0;
     bool is_fold = facet_height < KERNEL_HEIGHT * blur || (most - least) * blur > KERNEL_CHANGE * mean * height;
-    return is_fold && height < KERNEL_HEIGHT * blur
-        && dot(image.of_light[0], image.of_light[0]) > MIN_DISC;
+    return is_fold && height < KERNEL_HEIGHT * blur && dot(image.of_light[0], image.of_light[0]) > MIN_DISC;
 }
 
 // Relative irradiance at the corners, from the area elements there: flux is conserved, so irradiance is the cosine over the
@@ -168,7 +164,7 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     // Root of the covariance of the triangle between the midpoints.
     mat2 of_patch = mat2((image.midpoints[0] - image.midpoints[1]) * sqrt(1.0 / 6.0), (image.midpoints[2] - centre) * sqrt(0.5));
     Kernel kernel = kernel_for(of_patch * sqrt(KERNEL_SPREAD), image.of_light, 1.0 / 12.0, SHARPEST_CURVED);
-    Target target = target_for(receiver, kernel.covariance);
+    SplatLevel target = splat_level(receiver, kernel.covariance);
     level = target.level;
     kernel = rescaled(kernel, target.variance, target.scale);
     centre = place_on(target, centre);
@@ -180,7 +176,7 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     vec2 box = ceil(centre + half_size) - floor(centre - half_size) - 0.5;
     splat.irradiance = image.flux * peak / target.area;
     // The sum over texels of a small kernel differs from its integral.
-    if (box.x * box.y <= MAX_SUMMED_TEXELS) {
+    if (box.x * box.y <= MAX_NORMALISED_TEXELS) {
         float sum = 0.0;
         for (float y = 0.0; y < box.y; y += 1.0) {
             for (float x = 0.0; x < box.x; x += 1.0) sum += kernel_value(kernel.profile.flatness, quadratic2(conic, first + vec2(x, y) - centre));
@@ -198,7 +194,7 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
 // The image as a triangle, blurred by a parallelogram. Returns whether it lights the receiver's texels; `level` is the
 // level that they belong to.
 bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
-    Target target = target_for(receiver, image.blur);
+    SplatLevel target = splat_level(receiver, image.blur);
     level = target.level;
     mat2 blur = blur_box((image.blur - target.variance * vec3(1.0, 0.0, 1.0)) * (target.scale * target.scale));
     vec2 corners[3];
@@ -233,7 +229,7 @@ bool project(Surface surface, Cell cell, Light light, uint index, float eta, boo
         vec2 texel = clamp((image.corners[0] + image.corners[1] + image.corners[2]) / 3.0, low, low + vec2(receiver.width, receiver.height));
         if (!light_arrives(surface, light, st) || !light_leaves(surface, st, receiver, texel)) return false;
     }
-    float height = abs(doubled_area(image)) / max(longest_side(image), 1e-6);
+    float height = height_of(image);
     int level;
     vec3 elements = area_elements(image);
     if (needs_kernel(image, elements, height, facet_height)) {
@@ -276,5 +272,5 @@ void main() {
     TriangleSplat splat;
     if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, splat)) splat.lower = splat.upper = vec2(0.0);
     triangle_splats[slot] = splat;
-    for (uint i = 0; i < 6; i++) quads[6 * slot + i] = 4 * slot + QUAD[i];
+    for (uint i = 0; i < 6; i++) quads[6 * slot + i] = 4 * slot + QUAD_CORNERS[i];
 }

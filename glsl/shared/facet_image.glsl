@@ -92,6 +92,11 @@ float doubled_area(CellImage image) {
     return cross2(image.corners[1] - image.corners[0], image.corners[2] - image.corners[0]);
 }
 
+// Height over the longest side, texels.
+float height_of(CellImage image) {
+    return abs(doubled_area(image)) / max(longest_side(image), 1e-6);
+}
+
 // Smallest ratio of the image's area element at a corner to the triangle's, below which a fold is near.
 const float MIN_STRETCH = 0.25;
 

@@ -37,7 +37,7 @@ pub struct GpuOptions {
     samples: Option<u32>,
     /// footprint: relative L1 error to aim for on flat receivers under suns and lamps [default: 0.02, without
     /// --samples]
-    #[arg(long, conflicts_with = "samples", value_parser = target_error)]
+    #[arg(long, conflicts_with = "samples", value_parser = relative_error)]
     error: Option<f32>,
     /// Size of the light maps in texels: the width, with the height in the scene file's proportion, or
     /// WIDTHxHEIGHT
@@ -107,7 +107,7 @@ fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     })
 }
 
-fn target_error(text: &str) -> Result<f32, String> {
+fn relative_error(text: &str) -> Result<f32, String> {
     let value = text.parse().ok().filter(|x: &f32| (1e-4..=1.0).contains(x));
     value.ok_or("give a relative error from 0.0001 to 1, such as 0.02 for 2 %".into())
 }
@@ -263,7 +263,7 @@ impl GpuOptions {
         let settings = Settings {
             method: self.method,
             samples: self.samples.unwrap_or(Settings::default().samples),
-            error: self.target(),
+            error: self.error_target(),
             environment_cells: self.environment_cells,
             environment_images: self.environment_images,
             epsilon: self.epsilon,
@@ -283,7 +283,7 @@ impl GpuOptions {
     }
 
     /// The error to aim for, if there is one.
-    fn target(&self) -> Option<f32> {
+    fn error_target(&self) -> Option<f32> {
         match self.samples {
             None if self.method == Method::Footprint => Some(self.error.unwrap_or(DEFAULT_ERROR)),
             _ => None,
@@ -307,7 +307,7 @@ impl GpuOptions {
             self.still(session, &files.output, job)?
         };
         let estimated = (report.caustic.as_ref()).and_then(|caustic| caustic.estimated_error);
-        if let Some((asked, estimated)) = self.target().zip(estimated)
+        if let Some((asked, estimated)) = self.error_target().zip(estimated)
             && estimated > 1.01 * asked
         {
             let note = format!(

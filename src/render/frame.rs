@@ -314,7 +314,7 @@ fn splat_triangles(
         })?;
     }
     recorder.pass("choose shares", |r| {
-        if triangles.has_target() {
+        if triangles.has_error_target() {
             triangles.record_facet_error(r, scene, group);
             next(r);
         }
@@ -347,7 +347,7 @@ fn splat_triangles(
         triangles.record_scan_triangles(r);
         next(r);
     })?;
-    // A host's frame records as many batches as there may be; ours looks.
+    // A host's command buffer records the maximum number of batches. A blocking frame reads how many are in use.
     let mut batches = triangles.batches;
     if recorder.is_ours() {
         recorder.submit()?;

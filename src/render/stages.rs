@@ -158,7 +158,9 @@ impl Caustic {
                 triangles: Some(triangles),
                 projectors,
                 ..
-            } if projectors.is_empty() && triangles.has_target() => Ok(Some(triangles.error()?.0)),
+            } if projectors.is_empty() && triangles.has_error_target() => {
+                Ok(Some(triangles.error()?.0))
+            }
             _ => Ok(None),
         }
     }

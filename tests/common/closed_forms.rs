@@ -561,34 +561,27 @@ pub static CASES: &[Case] = &[
     rim_case("ring, sun 35° high", || ring(0.61, true)),
 ];
 
+const fn mirror_asked(worst: f64) -> [Asked; 2] {
+    [
+        Asked {
+            figure: &MIRROR_WORST,
+            bound: worst,
+            twins: &[greener, shifted_by_far],
+        },
+        Asked {
+            figure: &MIRROR_ENERGY,
+            bound: 0.001,
+            twins: &[greener],
+        },
+    ]
+}
+
 /// Triangles side by side are blurred by boxes of slightly different sizes, and their sum is uneven by a share of that
 /// difference.
-static MIRROR_BY_DEFAULT: [Asked; 2] = [
-    Asked {
-        figure: &MIRROR_WORST,
-        bound: 0.003,
-        twins: &[greener, shifted_by_far],
-    },
-    Asked {
-        figure: &MIRROR_ENERGY,
-        bound: 0.001,
-        twins: &[greener],
-    },
-];
+static MIRROR_BY_DEFAULT: [Asked; 2] = mirror_asked(0.003);
 
 /// At a finer sampling.
-static MIRROR_BY_FOOTPRINTS: [Asked; 2] = [
-    Asked {
-        figure: &MIRROR_WORST,
-        bound: 0.001,
-        twins: &[greener, shifted_by_far],
-    },
-    Asked {
-        figure: &MIRROR_ENERGY,
-        bound: 0.001,
-        twins: &[greener],
-    },
-];
+static MIRROR_BY_FOOTPRINTS: [Asked; 2] = mirror_asked(0.001);
 
 /// 1 % of flux, and 1 cm of height.
 static IMAGE_TWINS: [fn(Scene) -> Scene; 2] = [

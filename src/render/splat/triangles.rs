@@ -36,12 +36,10 @@ pub struct Triangles {
     facet_error: BoundPipeline,
     choose_share: BoundPipeline,
     facet_count: BoundPipeline,
-    number_patches: BoundPipeline,
-    scan_patches: BoundPipeline,
+    patch_sums: PrefixSums,
     trace_corners: BoundPipeline,
     patch_count: BoundPipeline,
-    number_triangles: BoundPipeline,
-    scan_triangles: BoundPipeline,
+    splat_sums: PrefixSums,
     project: BoundPipeline,
     draw: BoundPipeline,
     visibility: Buffer,
@@ -57,6 +55,31 @@ pub struct Triangles {
     patch_capacity: u32,
     aim: Aim,
     shares: Buffer,
+}
+
+/// Prefix sums over numbers of patches or triangles, in two steps.
+struct PrefixSums {
+    number: BoundPipeline,
+    scan: BoundPipeline,
+}
+
+impl PrefixSums {
+    /// Sums within blocks.
+    fn record_number(&self, recorder: &mut Recorder, count: u32) {
+        let push = NumberPush { count };
+        let blocks = count.div_ceil(SPLAT_GROUP);
+        recorder.dispatch(&self.number, &push, threads(blocks));
+    }
+
+    /// Sums over blocks, and the arguments of the passes that follow, in `batches` batches.
+    fn record_scan(&self, recorder: &mut Recorder, count: u32, batches: u32) {
+        let push = ScanPush {
+            block_count: count.div_ceil(SPLAT_GROUP),
+            batches,
+            batch_size: BATCH,
+        };
+        recorder.dispatch(&self.scan, &push, [1, 1, 1]);
+    }
 }
 
 /// What a frame made.
@@ -194,24 +217,28 @@ impl Triangles {
             facet_error: compute(&shaders::FACET_ERROR_COMP, &all)?,
             choose_share: compute(&shaders::CHOOSE_SHARE_COMP, &all)?,
             facet_count: compute(&shaders::FACET_COUNT_COMP, &all)?,
-            number_patches: compute(
-                &shaders::NUMBER_COMP,
-                &[("numbers", &patch_numbers), ("block_sums", &patch_sums)],
-            )?,
-            scan_patches: compute(
-                &shaders::SCAN_COMP,
-                &[("block_sums", &patch_sums), ("totals", &patch_totals)],
-            )?,
+            patch_sums: PrefixSums {
+                number: compute(
+                    &shaders::NUMBER_COMP,
+                    &[("numbers", &patch_numbers), ("block_sums", &patch_sums)],
+                )?,
+                scan: compute(
+                    &shaders::SCAN_COMP,
+                    &[("block_sums", &patch_sums), ("totals", &patch_totals)],
+                )?,
+            },
             trace_corners: compute(&shaders::TRACE_CORNERS_COMP, &all)?,
             patch_count: compute(&shaders::PATCH_COUNT_COMP, &all)?,
-            number_triangles: compute(
-                &shaders::NUMBER_COMP,
-                &[("numbers", &splat_numbers), ("block_sums", &splat_sums)],
-            )?,
-            scan_triangles: compute(
-                &shaders::SCAN_COMP,
-                &[("block_sums", &splat_sums), ("totals", &splat_totals)],
-            )?,
+            splat_sums: PrefixSums {
+                number: compute(
+                    &shaders::NUMBER_COMP,
+                    &[("numbers", &splat_numbers), ("block_sums", &splat_sums)],
+                )?,
+                scan: compute(
+                    &shaders::SCAN_COMP,
+                    &[("block_sums", &splat_sums), ("totals", &splat_totals)],
+                )?,
+            },
             project: compute(&shaders::PROJECT_TRIANGLES_COMP, &all)?,
             draw: BoundPipeline::graphics(context, vertex, fragment, topology, &splats)?,
             visibility,
@@ -228,7 +255,7 @@ impl Triangles {
     }
 
     /// Whether an error is aimed for.
-    pub fn has_target(&self) -> bool {
+    pub fn has_error_target(&self) -> bool {
         self.aim.error > 0.0
     }
 
@@ -249,6 +276,18 @@ impl Triangles {
         }
     }
 
+    /// One thread for each pair of facet and light.
+    fn record_over_pairs(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        group: LightGroup,
+        pipeline: &BoundPipeline,
+    ) {
+        let push = self.push(scene, group, 0);
+        recorder.dispatch(pipeline, &push, threads(pairs(scene, group)));
+    }
+
     /// Clears the marks of the corners, and the numbers that no patch will write.
     pub fn record_clear(&self, recorder: &mut Recorder) {
         recorder.zero(&self.visibility);
@@ -262,8 +301,7 @@ impl Triangles {
         scene: &DeviceScene,
         group: LightGroup,
     ) {
-        let push = self.push(scene, group, 0);
-        recorder.dispatch(&self.facet_flux, &push, threads(pairs(scene, group)));
+        self.record_over_pairs(recorder, scene, group, &self.facet_flux);
     }
 
     /// Adds it up.
@@ -313,8 +351,7 @@ impl Triangles {
         scene: &DeviceScene,
         group: LightGroup,
     ) {
-        let push = self.push(scene, group, 0);
-        recorder.dispatch(&self.facet_count, &push, threads(pairs(scene, group)));
+        self.record_over_pairs(recorder, scene, group, &self.facet_count);
     }
 
     /// Numbers the patches within blocks.
@@ -324,10 +361,7 @@ impl Triangles {
         scene: &DeviceScene,
         group: LightGroup,
     ) {
-        let count = pairs(scene, group);
-        let push = NumberPush { count };
-        let blocks = count.div_ceil(SPLAT_GROUP);
-        recorder.dispatch(&self.number_patches, &push, threads(blocks));
+        self.patch_sums.record_number(recorder, pairs(scene, group));
     }
 
     /// Numbers the blocks.
@@ -337,12 +371,8 @@ impl Triangles {
         scene: &DeviceScene,
         group: LightGroup,
     ) {
-        let push = ScanPush {
-            block_count: pairs(scene, group).div_ceil(SPLAT_GROUP),
-            batches: 0,
-            batch_size: 0,
-        };
-        recorder.dispatch(&self.scan_patches, &push, [1, 1, 1]);
+        self.patch_sums
+            .record_scan(recorder, pairs(scene, group), 0);
     }
 
     /// Traces rays from the corners of the facets.
@@ -384,20 +414,12 @@ impl Triangles {
 
     /// Numbers the triangles within blocks of patches.
     pub fn record_number_triangles(&self, recorder: &mut Recorder) {
-        let count = self.patch_capacity;
-        let push = NumberPush { count };
-        let blocks = count.div_ceil(SPLAT_GROUP);
-        recorder.dispatch(&self.number_triangles, &push, threads(blocks));
+        self.splat_sums.record_number(recorder, self.patch_capacity);
     }
 
     /// Numbers the blocks.
     pub fn record_scan_triangles(&self, recorder: &mut Recorder) {
-        let push = ScanPush {
-            block_count: self.patch_capacity.div_ceil(SPLAT_GROUP),
-            batches: self.batches,
-            batch_size: BATCH,
-        };
-        recorder.dispatch(&self.scan_triangles, &push, [1, 1, 1]);
+        (self.splat_sums).record_scan(recorder, self.patch_capacity, self.batches);
     }
 
     /// Writes the triangles of a batch.
