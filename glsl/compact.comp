@@ -3,7 +3,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
-#include "quad_corners.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
@@ -17,6 +16,9 @@ layout(push_constant) uniform CompactPush {
 } push;
 
 #include "prefix_sum.glsl"
+
+// Corners of the two triangles of a quad; see quad.glsl.
+const uint QUAD_CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
 
 void main() {
     // Sums over the pairs of the preceding groups. The projector counted the pairs in groups of 64.

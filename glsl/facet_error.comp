@@ -37,8 +37,10 @@ void main() {
         float flux = shares[receiver].flux;
         vec4 sum = vec4(0.0);
         for (uint pair = block * SPLAT_GROUP; pair < end; pair++) {
+            // lavapipe runs the code of a branch that no thread takes, but not the rest of a loop that all have left.
+            while (pair < end && facet_images[pair * push.receiver_count + receiver].flux <= 0.0) pair++;
+            if (pair >= end) break;
             FacetImage image = facet_images[pair * push.receiver_count + receiver];
-            if (image.flux <= 0.0) continue;
             float share = image.flux / flux;
             float parts = facet_division(share, patch_share);
             vec2 first = unpackHalf2x16(image.deviation_longest);

@@ -11,8 +11,8 @@ layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
 layout(std430, binding = 5) readonly buffer Facets { Facet facets[]; };
 layout(std430, binding = 6) writeonly buffer Patches { FacetPatches facet_patches[]; };
-layout(std430, binding = 7) writeonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
-layout(std430, binding = 8) writeonly buffer Visibility { uint visibility[]; };
+layout(std430, binding = 7) buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+layout(std430, binding = 8) buffer Visibility { uint visibility[]; };
 #include "facet_push.glsl"
 
 #include "light.glsl"
@@ -25,8 +25,8 @@ layout(std430, binding = 8) writeonly buffer Visibility { uint visibility[]; };
 #include "blocks.glsl"
 
 // Whether the facet may light `receiver`, and its image there.
-bool lights_receiver(Surface surface, Cell cell, Light light, PlanarReceiver receiver, float eta, out FacetImage found) {
-    CellImage image = image_of(surface, cell, light, receiver, eta);
+bool lights_receiver(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver, out FacetImage found) {
+    CellImage image = image_of(surface, cell, rays, light, receiver);
     found = FacetImage(0.0, 0, 0);
     if (!image.is_lit) return false;
     float deviation = deviation_of(image);
@@ -60,25 +60,27 @@ void main() {
     // The back of a surface that only reflects is dark.
     bool is_lit = surface.eta != 0.0 || dot(surface.facing, disc_at(light, surface.position).direction) > 0.0;
     uint targets = 0;
-    for (uint index = 0; index < push.receiver_count; index++) {
-        FacetImage sum = FacetImage(0.0, 0, 0);
-        for (uint lobe = 0; is_lit && lobe < push.lobes; lobe++) {
-            if (lobe == 1 && surface.eta == 0.0) continue;
+    for (uint index = 0; index < push.receiver_count; index++) facet_images[pair * push.receiver_count + index] = FacetImage(0.0, 0, 0);
+    uint lobes = !is_lit ? 0 : surface.eta == 0.0 ? 1 : push.lobes;
+    for (uint lobe = 0; lobe < lobes; lobe++) {
+        CellRays rays = rays_of(surface, cell, light, lobe == 0 ? 0.0 : surface.eta);
+        for (uint index = 0; index < push.receiver_count; index++) {
             FacetImage image;
-            if (!lights_receiver(surface, cell, light, planar_receivers[index], lobe == 0 ? 0.0 : surface.eta, image)) continue;
-            targets |= 1u << min(index * push.lobes + lobe, 31u);
+            if (!lights_receiver(surface, cell, rays, light, planar_receivers[index], image)) continue;
+            targets |= target_bit(index * push.lobes + lobe);
             // The brighter lobe stands for both.
+            FacetImage sum = facet_images[pair * push.receiver_count + index];
             float flux = sum.flux + image.flux;
             if (image.flux >= sum.flux) sum = image;
             sum.flux = flux;
+            facet_images[pair * push.receiver_count + index] = sum;
         }
-        facet_images[pair * push.receiver_count + index] = sum;
     }
     if (targets != 0) {
         uint first = pair / push.facet_count * push.corner_count;
-        visibility[(first + facet.corner0) * words_of_targets()] = NEEDED;
-        visibility[(first + facet.corner1) * words_of_targets()] = NEEDED;
-        visibility[(first + facet.corner2) * words_of_targets()] = NEEDED;
+        atomicOr(visibility[(first + facet.corner0) * words_of_targets()], targets);
+        atomicOr(visibility[(first + facet.corner1) * words_of_targets()], targets);
+        atomicOr(visibility[(first + facet.corner2) * words_of_targets()], targets);
     }
     facet_patches[pair] = FacetPatches(0, targets);
 }

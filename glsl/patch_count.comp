@@ -46,7 +46,7 @@ uint visibility_at(PatchPlace place, ivec2 at, uint word) {
 // The triangles for the image on receiver `index`, so that the error of each patch is in proportion.
 uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed) {
     PlanarReceiver receiver = planar_receivers[index];
-    CellImage image = image_of(surface, cell, light, receiver, eta);
+    CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return 0;
     float patch_share = shares[index].patch_share;
     float share = dot(image.flux, vec3(1.0 / 3.0)) / max(shares[index].flux, 1e-30);
@@ -60,14 +60,6 @@ uint triangles_for(Surface surface, Cell cell, Light light, uint index, float et
     n = max(min(n, floor(sqrt(MAX_TRIANGLES_PER_PATCH * share / patch_share))), 1.0);
     if (BEAMS) n = 1.0;
     return pack_splats(uint(n), clipped_parts(image.margins), is_mixed, !all(greaterThanEqual(image.margins, vec3(0.0))));
-}
-
-// The next of the targets that the patch may light, from `target` on.
-uint next_target(uint targets, uint target, uint count) {
-    uint left = target < 31 ? targets >> target << target : targets >> 31 << 31;
-    if (left == 0) return count;
-    uint next = uint(findLSB(left));
-    return min(next == 31 ? max(target, 31u) : next, count);
 }
 
 void main() {

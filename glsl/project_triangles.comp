@@ -21,16 +21,15 @@ layout(std430, binding = 13) readonly buffer SplatSums { uvec2 splat_sums[]; }; 
 layout(std430, binding = 14) readonly buffer SplatTotals { uint splat_totals[]; };
 layout(std430, binding = 15) writeonly buffer TriangleSplats { TriangleSplat triangle_splats[]; };
 layout(std430, binding = 16) readonly buffer Profiles { Profile profiles[]; };
-layout(std430, binding = 17) writeonly buffer Quads { uint quads[]; }; // index buffer of the draw
-layout(std430, binding = 18) buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where splats are in level l
-layout(std430, binding = 19) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+layout(std430, binding = 17) buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where splats are in level l
+layout(std430, binding = 18) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
 #include "facet_push.glsl"
 
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
 #include "kernel_fit.glsl"
-#include "quad_corners.glsl"
+#include "blurred_triangle.glsl"
 #include "planar_receiver.glsl"
 #include "facet.glsl"
 #include "facet_image.glsl"
@@ -57,6 +56,9 @@ const float KERNEL_CHANGE = 0.1;
 // Variance of such a kernel over the variance of its patch's image.
 const float KERNEL_SPREAD = 1.5;
 
+// A splat is drawn as the triangle around it where that has less than this area of its bounding rectangle: one triangle
+// costs less than two.
+const float MAX_AREA = 1.5;
 // Variance of a light's image below which a texel alone gives the profile, texels^2.
 const float MIN_DISC = 0.01;
 
@@ -191,6 +193,19 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     return true;
 }
 
+// Whether the triangle around the splat lies on the level and has less area than MAX_AREA times the rectangle.
+bool is_small_around(vec2 q[3], mat2 blur, TriangleSplat splat, SplatLevel level) {
+    vec2 corners[3];
+    for (int i = 0; i < 3; i++) corners[i] = splat.lower + blur * outer_corner(q, i);
+    vec2 tile_low, tile_high;
+    level_bounds(level.tile, level.level, tile_low, tile_high);
+    vec2 low = min(min(corners[0], corners[1]), corners[2]);
+    vec2 high = max(max(corners[0], corners[1]), corners[2]);
+    vec2 box = splat.upper - splat.lower;
+    float doubled = abs(cross2(corners[1] - corners[0], corners[2] - corners[0]));
+    return all(greaterThanEqual(low, tile_low)) && all(lessThanEqual(high, tile_high)) && doubled < 2.0 * MAX_AREA * box.x * box.y;
+}
+
 // The image as a triangle, blurred by a parallelogram. Returns whether it lights the receiver's texels; `level` is the
 // level that they belong to.
 bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
@@ -208,6 +223,7 @@ bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver
     vec2 q[3];
     for (int i = 0; i < 3; i++) q[i] = to_box * (corners[i] - splat.lower);
     widen(q, density);
+    if (is_small_around(q, blur, splat, target)) splat.upper = vec2(AS_TRIANGLE);
     float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]);
     splat.to_box = vec4(to_box[0], to_box[1]);
     splat.corners01 = vec4(q[0], q[1]);
@@ -221,7 +237,7 @@ bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver
 // The splat for `cell`. Returns false where no light arrives.
 bool project(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float facet_height, out TriangleSplat splat) {
     PlanarReceiver receiver = planar_receivers[index];
-    CellImage image = image_of(surface, cell, light, receiver, eta);
+    CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return false;
     if (is_mixed) {
         vec2 st = place_in(cell, vec2(1.0 / 3.0));
@@ -272,5 +288,4 @@ void main() {
     TriangleSplat splat;
     if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, splat)) splat.lower = splat.upper = vec2(0.0);
     triangle_splats[slot] = splat;
-    for (uint i = 0; i < 6; i++) quads[6 * slot + i] = 4 * slot + QUAD_CORNERS[i];
 }

@@ -38,9 +38,11 @@ void main() {
     uint light_index;
     uint triangle;
     vec2 st;
-    uint targets = 0xffffffffu;
+    uint targets;
     if (push.is_lattice == 0) {
-        if (index >= corners || visibility[index * words] != NEEDED) return;
+        // The targets of the facets around the corner.
+        if (index >= corners || visibility[index * words] == 0) return;
+        targets = visibility[index * words];
         light_index = index / push.corner_count;
         FacetCorner corner = facet_corners[index % push.corner_count];
         triangle = corner.triangle;
@@ -75,26 +77,22 @@ void main() {
     }
     Light light = lights[light_index];
     Surface surface = surface_toward(triangle, light);
-    uint word = 0;
-    // Whether the light arrives: 0 not known, 1 blocked, 2 lit.
+    OutgoingRay rays[2] = OutgoingRay[](leave(surface, light, 0.0, st), leave(surface, light, surface.eta, st));
+    for (uint word = 0; word < words; word++) visibility[index * words + word] = 0;
     uint arrives = UNKNOWN;
     uint count = push.lobes * push.receiver_count;
-    for (uint target = 0; target < count; target++) {
+    for (uint target = next_target(targets, 0, count); target < count; target = next_target(targets, target + 1, count)) {
         uint lobe = target % push.lobes;
-        bool may_light = (targets >> min(target, 31u) & 1u) != 0 && (lobe == 0 || surface.eta != 0.0);
-        if (may_light && arrives != BLOCKED) {
+        if (lobe == 1 && surface.eta == 0.0) continue;
+        uint state = arrives == BLOCKED ? BLOCKED : UNKNOWN;
+        if (arrives != BLOCKED) {
             PlanarReceiver receiver = planar_receivers[target / push.lobes];
-            Landing landing = land(surface, light, receiver, lobe == 0 ? 0.0 : surface.eta, st);
+            Landing landing = land(surface, rays[lobe], receiver);
             if (landing.margin >= 0.0 && is_inside(receiver, landing.texel)) {
                 if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st) ? LIT : BLOCKED;
-                bool lit = arrives == LIT && light_leaves(surface, st, receiver, landing.texel);
-                word |= (lit ? LIT : BLOCKED) << 2 * (target % 16);
+                state = arrives == LIT && light_leaves(surface, st, receiver, landing.texel) ? LIT : BLOCKED;
             }
         }
-        if (arrives == BLOCKED && may_light) word |= BLOCKED << 2 * (target % 16);
-        if (target % 16 == 15 || target + 1 == count) {
-            visibility[index * words + target / 16] = word;
-            word = 0;
-        }
+        visibility[index * words + target / 16] |= state << 2 * (target % 16);
     }
 }

@@ -3,6 +3,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 #include "quad.glsl"
+#include "kernel.glsl"
+#include "blurred_triangle.glsl"
 
 layout(std430, binding = 0) readonly buffer TriangleSplats { TriangleSplat triangle_splats[]; };
 layout(location = 0) out flat vec4 to_box;
@@ -18,5 +20,11 @@ void main() {
     corner2_density12 = vec4(splat.corner2, splat.density12);
     irradiance_density0 = vec4(splat.irradiance, splat.density0);
     origin = splat.lower;
-    gl_Position = clip_position(quad_corner(splat.lower, splat.upper));
+    vec2 at = quad_corner(splat.lower, splat.upper);
+    if (splat.upper.x == AS_TRIANGLE) {
+        vec2 q[3] = vec2[](splat.corners01.xy, splat.corners01.zw, splat.corner2);
+        // The second triangle of the quad is empty.
+        at = splat.lower + inverse(mat2(splat.to_box.xy, splat.to_box.zw)) * outer_corner(q, min(gl_VertexIndex % 4, 2));
+    }
+    gl_Position = clip_position(at);
 }

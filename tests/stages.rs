@@ -13,7 +13,7 @@ use bytemuck::Zeroable;
 use common::Device;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles, vec2, vec3, vec4};
 use nephroid::gpu::{BoundPipeline, Buffer, Recorder, Resource, Shader, shaders};
-use nephroid::render::gpu_types::constants::{DIELECTRIC, MIRROR};
+use nephroid::render::gpu_types::constants::{AS_TRIANGLE, DIELECTRIC, MIRROR};
 use nephroid::render::gpu_types::{
     CompactPush, Facet, FacetImage, FacetPatches, FacetPush, Footprint, Light, Normals, NumberPush,
     Object, Patch, PinholeImage, PlanarReceiver, Profile, ProjectPush, ScanPush, Triangle,
@@ -216,10 +216,8 @@ fn facet_flux(patch: &Patch, object: &Object, lobes: u32) -> (f32, u32) {
     let buffers = run(&Device::open(), &shaders::FACET_FLUX_COMP, &content, &push);
     let patches = read::<FacetPatches>(&buffers, "facet_patches", 1)[0];
     let image = read::<FacetImage>(&buffers, "facet_images", 1)[0];
-    // Marks of the corners that rays are needed for.
-    let marks = read::<u32>(&buffers, "visibility", 3);
-    let needed = if patches.targets == 0 { 0 } else { u32::MAX };
-    assert_eq!(marks, [needed; 3]);
+    // The targets that rays from the corners are needed for.
+    assert_eq!(read::<u32>(&buffers, "visibility", 3), [patches.targets; 3]);
     (image.flux, patches.targets)
 }
 
@@ -243,11 +241,9 @@ fn triangle_splat(patch: &Patch, flags: u32) -> TriangleSplat {
         ("splat_sums", vec![0; 8]),
         ("splat_totals", totals),
         ("triangle_splats", vec![0; size_of::<TriangleSplat>()]),
-        ("quads", vec![0; 24]),
     ]);
     let (device, shader) = (Device::open(), &shaders::PROJECT_TRIANGLES_COMP);
     let buffers = run(&device, shader, &content, &facet_push(1));
-    assert_eq!(read::<u32>(&buffers, "quads", 6), [0, 1, 2, 2, 1, 3]);
     read(&buffers, "triangle_splats", 1)[0]
 }
 
@@ -285,7 +281,8 @@ fn flux() -> Vec3 {
 fn a_flat_facet_is_a_triangle() {
     let splat = triangle_splat(&upright(2.0), 0);
     assert_eq!(splat.lower, vec2(46.0, 30.0));
-    assert_eq!(splat.upper, vec2(51.0, 35.0));
+    // The triangle around it has an area of 18 texels, the rectangle 25.
+    assert_eq!(splat.upper, Vec2::splat(AS_TRIANGLE));
     assert_close4(splat.to_box, vec4(1.0, 0.0, 0.0, 1.0));
     let [first, second] = [splat.corners01.xy(), splat.corners01.zw()];
     let place = |corner: Vec2| splat.lower + corner - 2.0 / 3.0;

@@ -45,6 +45,8 @@ const uint SHARE_LEVELS = 12;
 const float FIRST_SHARE = 0.001953125;
 // Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
 const float MAX_TRIANGLES_PER_PATCH = 24.0;
+// `TriangleSplat.upper` of a splat that is drawn as the triangle around it, not as a rectangle.
+const float AS_TRIANGLE = -1.0;
 // `TriangleSplat.density0` of a kernel.
 const float IS_KERNEL = -1.0;
 // Largest number of patches along an edge of a facet, and of triangles along an edge of a patch's image.

@@ -38,14 +38,35 @@ vec3 normal_at(Surface surface, vec2 st) {
     return normalize(surface.normal + st.x * surface.normal_ds + st.y * surface.normal_dt);
 }
 
-// Where the light that meets a point of a surface lands.
+// The light that leaves a point of a surface.
+struct OutgoingRay {
+    vec3 position;
+    vec3 direction;  // unit; 0 where all light is reflected totally
+    vec3 sent;       // light per area of the surface: the irradiance over Light.power times the lobe's share
+    float margin;    // < 0: no light of this lobe leaves the point
+};
+
+// The ray that leaves the surface at st. eta = 0: reflected light; otherwise refracted.
+OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
+    OutgoingRay ray;
+    ray.position = position_at(surface, st);
+    vec3 n = normal_at(surface, st);
+    LightDisc disc = disc_at(light, ray.position);
+    ray.direction = outgoing_direction(disc.direction, n, eta);
+    float cosine = dot(n, disc.direction);
+    float aside = dot(ray.direction, surface.facing);
+    ray.margin = min(min(cosine, dot(surface.facing, disc.direction)), eta == 0.0 ? aside : -aside);
+    cosine = max(cosine, 0.0);
+    vec3 share = reflected_share(objects[surface.object], cosine, surface.eta);
+    ray.sent = disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
+    return ray;
+}
+
+// Where a ray lands on a receiver.
 struct Landing {
     vec2 texel;      // on the receiver's plane, in the light-map image; beyond reach where `margin` < 0
     float margin;    // < 0: no light of this lobe leaves the point for the receiver's front
-    float cosine;    // of the angle of incidence
-    float falloff;   // see LightDisc
     float distance_; // to the receiver's plane, m
-    vec3 direction;  // unit, of the outgoing ray
 };
 
 // Distance from x beyond which a point of the receiver's plane is certainly outside the receiver, m.
@@ -54,35 +75,19 @@ float reach_of(PlanarReceiver receiver, vec3 x) {
     return distance(x, receiver.origin + 0.5 * diagonal) + length(diagonal);
 }
 
-// The landing on `receiver` of the light that meets the surface at st. eta = 0: reflected light; otherwise refracted.
-Landing land(Surface surface, Light light, PlanarReceiver receiver, float eta, vec2 st) {
-    vec3 x = position_at(surface, st);
-    vec3 n = normal_at(surface, st);
-    LightDisc disc = disc_at(light, x);
-    vec3 r = outgoing_direction(disc.direction, n, eta);
+Landing land(Surface surface, OutgoingRay ray, PlanarReceiver receiver) {
     Landing landing;
-    landing.cosine = dot(n, disc.direction);
-    landing.falloff = disc.falloff;
-    landing.direction = r;
-    float aside = dot(r, surface.facing);
-    float height = dot(x - receiver.origin, receiver.normal);
+    float height = dot(ray.position - receiver.origin, receiver.normal);
     // A point on the receiver itself counts as above it, whatever the rounding.
     float slack = 1e-5 * (length(surface.edge1) + length(surface.edge2));
     // Flatter rays leave the receiver's rectangle before they meet its plane.
-    float steepness = -dot(r, receiver.normal);
-    float flattest = max(height, slack) / reach_of(receiver, x);
-    landing.margin = min(min(landing.cosine, min(dot(surface.facing, disc.direction), eta == 0.0 ? aside : -aside)),
-        min(height + slack, steepness - flattest));
+    float steepness = -dot(ray.direction, receiver.normal);
+    float flattest = max(height, slack) / reach_of(receiver, ray.position);
+    landing.margin = min(ray.margin, min(height + slack, steepness - flattest));
     landing.distance_ = max(height, 0.0) / max(steepness, flattest);
-    landing.texel = to_texels(receiver, x + landing.distance_ * (r + max(flattest - steepness, 0.0) * -receiver.normal));
+    vec3 direction = ray.direction + max(flattest - steepness, 0.0) * -receiver.normal;
+    landing.texel = to_texels(receiver, ray.position + landing.distance_ * direction);
     return landing;
-}
-
-// Light per area of the surface: the irradiance over Light.power times the lobe's share.
-vec3 sent(Surface surface, Landing landing, float eta) {
-    float arriving = landing.falloff * max(landing.cosine, 0.0);
-    vec3 share = reflected_share(objects[surface.object], max(landing.cosine, 0.0), surface.eta);
-    return arriving * (eta == 0.0 ? share : 1.0 - share);
 }
 
 // --- A lattice on a triangle ----------------------------------------------------------------------------------------

@@ -18,19 +18,6 @@ struct CellImage {
     bool is_lit;       // whether some of them do, and all corners send light
 };
 
-// Root of the covariance of the light's disc around the landing, texels.
-mat2 light_root(Surface surface, Light light, PlanarReceiver receiver, float eta, vec2 st, Landing landing) {
-    if (BEAMS) return mat2(0.0);
-    vec3 x = position_at(surface, st);
-    vec3 n = normal_at(surface, st);
-    LightDisc disc = disc_at(light, x);
-    vec3 a, b;
-    light_axes(light, disc, a, b);
-    a = landing.distance_ * outgoing_change(disc.direction, n, a, vec3(0.0), eta);
-    b = landing.distance_ * outgoing_change(disc.direction, n, b, vec3(0.0), eta);
-    return mat2(landing_change(receiver, landing.direction, a), landing_change(receiver, landing.direction, b));
-}
-
 // Sides of a parallelogram with the covariance m.
 mat2 blur_box(vec3 m) {
     // The symmetric root of a 2 x 2 matrix (Levinger 1980). It tends to the texel itself where the disc is small.
@@ -39,34 +26,59 @@ mat2 blur_box(vec3 m) {
     return mat2(m.xy, m.yz);
 }
 
-CellImage image_of(Surface surface, Cell cell, Light light, PlanarReceiver receiver, float eta) {
+// The rays that leave a cell.
+struct CellRays {
+    OutgoingRay corners[3];
+    OutgoingRay midpoints[3]; // of the sides 01, 12 and 20
+    // Changes of the direction at midpoint 12 along the axes of the light's disc: see light_axes().
+    vec3 change1;
+    vec3 change2;
+};
+
+CellRays rays_of(Surface surface, Cell cell, Light light, float eta) {
+    CellRays rays;
+    for (int i = 0; i < 3; i++) {
+        rays.corners[i] = leave(surface, light, eta, place_in(cell, vec2(i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0)));
+        rays.midpoints[i] = leave(surface, light, eta, place_in(cell, vec2(i == 2 ? 0.0 : 0.5, i == 0 ? 0.0 : 0.5)));
+    }
+    vec3 n = normal_at(surface, place_in(cell, vec2(0.5)));
+    LightDisc disc = disc_at(light, rays.midpoints[1].position);
+    light_axes(light, disc, rays.change1, rays.change2);
+    rays.change1 = outgoing_change(disc.direction, n, rays.change1, vec3(0.0), eta);
+    rays.change2 = outgoing_change(disc.direction, n, rays.change2, vec3(0.0), eta);
+    return rays;
+}
+
+CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver) {
     CellImage image;
     bool some = false;
     bool all_send = true;
     image.is_whole = true;
     vec3 at_corners = vec3(0.0);
+    vec3 at_midpoints = vec3(0.0);
     for (int i = 0; i < 3; i++) {
-        vec2 st = vec2(i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0);
-        Landing landing = land(surface, light, receiver, eta, place_in(cell, st));
-        vec3 light_sent = landing.margin >= 0.0 ? sent(surface, landing, eta) : vec3(0.0);
+        OutgoingRay ray = rays.corners[i];
+        Landing landing = land(surface, ray, receiver);
+        bool lands = landing.margin >= 0.0;
+        vec3 light_sent = lands ? ray.sent : vec3(0.0);
         image.corners[i] = landing.texel;
         image.margins[i] = landing.margin;
         image.density[i] = dot(light_sent, vec3(1.0));
-        image.is_whole = image.is_whole && landing.margin >= 0.0;
-        some = some || landing.margin >= 0.0;
-        all_send = all_send && landing.direction != vec3(0.0);
+        all_send = all_send && ray.direction != vec3(0.0);
         at_corners += light_sent;
+        OutgoingRay middle = rays.midpoints[i];
+        Landing middle_landing = land(surface, middle, receiver);
+        bool middle_lands = middle_landing.margin >= 0.0;
+        image.midpoints[i] = middle_landing.texel;
+        at_midpoints += middle_lands ? middle.sent : vec3(0.0);
+        image.is_whole = image.is_whole && lands && middle_lands;
+        some = some || lands || middle_lands;
+        if (i == 1) {
+            image.of_light = mat2(landing_change(receiver, middle.direction, middle_landing.distance_ * rays.change1),
+                landing_change(receiver, middle.direction, middle_landing.distance_ * rays.change2));
+        }
     }
-    vec3 at_midpoints = vec3(0.0);
-    for (int i = 0; i < 3; i++) {
-        vec2 st = place_in(cell, vec2(i == 2 ? 0.0 : 0.5, i == 0 ? 0.0 : 0.5));
-        Landing landing = land(surface, light, receiver, eta, st);
-        image.midpoints[i] = landing.texel;
-        image.is_whole = image.is_whole && landing.margin >= 0.0;
-        some = some || landing.margin >= 0.0;
-        if (landing.margin >= 0.0) at_midpoints += sent(surface, landing, eta);
-        if (i == 1) image.of_light = light_root(surface, light, receiver, eta, st, landing);
-    }
+    if (BEAMS) image.of_light = mat2(0.0);
     image.blur = covariance_of(image.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
     // The mean over the midpoints is exact for quadratic functions. Where only a part of the cell sends light, the
     // corners count too.
@@ -152,7 +164,7 @@ Cell cell_between(vec2 a, vec2 b, vec2 c) {
 vec2 edge_between(Surface surface, Light light, PlanarReceiver receiver, float eta, vec2 inside, vec2 outside, bool is_clipped) {
     for (int i = 0; i < (is_clipped ? 6 : 0); i++) {
         vec2 middle = 0.5 * (inside + outside);
-        if (land(surface, light, receiver, eta, middle).margin >= 0.0) inside = middle; else outside = middle;
+        if (land(surface, leave(surface, light, eta, middle), receiver).margin >= 0.0) inside = middle; else outside = middle;
     }
     return inside;
 }
@@ -161,7 +173,8 @@ vec2 edge_between(Surface surface, Light light, PlanarReceiver receiver, float e
 Cell clipped_cell(Surface surface, Cell cell, Light light, PlanarReceiver receiver, float eta, uint part, bool is_clipped) {
     bool sends[3] = bool[](true, true, true);
     for (int i = 0; i < (is_clipped ? 3 : 0); i++) {
-        sends[i] = land(surface, light, receiver, eta, place_in(cell, vec2(i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0))).margin >= 0.0;
+        vec2 st = place_in(cell, vec2(i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0));
+        sends[i] = land(surface, leave(surface, light, eta, st), receiver).margin >= 0.0;
     }
     is_clipped = sends[0] != sends[1] || sends[0] != sends[2];
     // The boundary separates one corner, a, from the two others.

@@ -1,11 +1,23 @@
-// The visibility of patch corners: two bits for each target. The corners of facets come first, light by light, then the
-// lattices of the facets that are divided. The including shader declares the buffer `visibility`.
+// The visibility of patch corners: two bits for each target, a lobe on a receiver. The corners of facets come first,
+// light by light, then the lattices of the facets that are divided. The including shader declares the buffer
+// `visibility`, where facet_flux.comp lists the targets that rays from a facet's corner are needed for.
 
 const uint UNKNOWN = 0; // the corner sends no light into the receiver's rectangle
 const uint BLOCKED = 1;
 const uint LIT = 2;
-// Mark of a facet's corner that rays are needed for.
-const uint NEEDED = 0xffffffffu;
+
+// Targets that a facet may light are listed in a word: bit t for target t, the last bit for all from 31 on.
+uint target_bit(uint target) {
+    return 1u << min(target, 31u);
+}
+
+// The next of `count` targets that are listed, from `target` on.
+uint next_target(uint targets, uint target, uint count) {
+    uint left = target < 31 ? targets >> target << target : targets >> 31 << 31;
+    if (left == 0) return count;
+    uint next = uint(findLSB(left));
+    return min(next == 31 ? max(target, 31u) : next, count);
+}
 
 // Whether some target of a word is known to be lit or blocked.
 bool is_known(uint word) {

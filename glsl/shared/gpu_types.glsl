@@ -253,7 +253,7 @@ struct TriangleSplat {
     vec3 irradiance; // W/m^2
     float density0;  // that at the first corner; IS_KERNEL: a kernel
     vec2 lower;      // bounds of the texels that the triangle may touch
-    vec2 upper;
+    vec2 upper;      // AS_TRIANGLE: the bounds are the triangle in blurred_triangle.glsl
 };
 
 // The flux of one traced point over the area of the texel that it meets.

@@ -16,6 +16,7 @@ mod geometry;
 /// For tests of single passes.
 #[doc(hidden)]
 pub mod gpu_types;
+mod host;
 mod lights;
 mod materials;
 mod methods;
@@ -26,6 +27,7 @@ mod splat;
 mod stages;
 mod view;
 
+pub use host::{Frame, MapImage, Output, ReceiverTile};
 pub use settings::{Area, Method, Settings};
 
 use crate::error::{Error, Result};
@@ -41,54 +43,6 @@ use crate::scene::{Camera, Scene};
 use ash::vk;
 use std::collections::VecDeque;
 use std::sync::Arc;
-
-/// The contents of a frame.
-#[derive(Clone, Copy)]
-pub struct Frame<'a> {
-    /// The present scene. Positions, sizes, directions and colours may differ from the last frame; the structure may
-    /// not.
-    pub scene: &'a Scene,
-    /// Whether to compute the direct light of all lights into [`Output::direct_map`].
-    pub direct: bool,
-}
-
-/// The results of a recorded frame. The handles stay valid until the renderer is dropped.
-#[derive(Debug, Clone, Copy)]
-pub struct Output<'a> {
-    /// Caustic irradiance of all receivers, W/m² in linear RGB, one tile each; alpha is undefined.
-    pub light_map: MapImage,
-    /// Direct irradiance in the same tiles; undefined if the frame did not ask for it.
-    pub direct_map: MapImage,
-    /// The stages and accesses that the host must wait for and make visible before it reads the maps.
-    pub last_stage: vk::PipelineStageFlags2,
-    pub last_access: vk::AccessFlags2,
-    pub receivers: &'a [ReceiverTile],
-}
-
-/// An image that the host may sample. Its format is `R32G32B32A32_SFLOAT`.
-#[derive(Debug, Clone, Copy)]
-pub struct MapImage {
-    pub image: vk::Image,
-    pub view: vk::ImageView,
-    /// The renderer leaves the image in this layout and expects it in this layout.
-    pub layout: vk::ImageLayout,
-    /// Texels.
-    pub size: [u32; 2],
-}
-
-/// A receiver's tile of the maps.
-#[derive(Debug, Clone, Copy)]
-pub struct ReceiverTile {
-    /// Index into [`Scene::objects`].
-    pub object: usize,
-    /// Top left texel, and size in texels.
-    pub origin: [u32; 2],
-    pub size: [u32; 2],
-    /// Transform to the coordinates of the map, `uv * scale + offset`. uv are a rectangle's coordinates (u along
-    /// `edge_u`, v along `edge_v`, 0 to 1) or a mesh's texture coordinates (v upward).
-    pub scale: [f32; 2],
-    pub offset: [f32; 2],
-}
 
 /// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
@@ -131,7 +85,7 @@ impl Renderer {
             Ok::<_, Error>(image)
         };
         let (light_map, direct_map) = (map("light map")?, map("direct map")?);
-        let caustic = stages::caustic(context, &device, &light_map, settings)?;
+        let caustic = stages::caustic(context, &mut device, &light_map, settings)?;
         let direct = Direct::new(context, &device, &direct_map)?;
         let dilate = match device.receivers.mesh_count() {
             0 => None,
@@ -147,7 +101,7 @@ impl Renderer {
         Ok(Self {
             context: context.clone(),
             settings: settings.clone(),
-            tiles: tiles(&device),
+            tiles: host::tiles(&device),
             scene: device,
             light_map,
             direct_map,
@@ -195,8 +149,8 @@ impl Renderer {
         self.recorder.end_host().and(recorded)?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
         Ok(Output {
-            light_map: map_image(&self.light_map),
-            direct_map: map_image(&self.direct_map),
+            light_map: MapImage::of(&self.light_map),
+            direct_map: MapImage::of(&self.direct_map),
             last_stage,
             last_access,
             receivers: &self.tiles,
@@ -224,7 +178,12 @@ impl Renderer {
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
         let capacity = self.scene.casters.patch_capacity;
         if self.scene.update(&self.context, scene)? {
-            let made = stages::caustic(&self.context, &self.scene, &self.light_map, &self.settings);
+            let made = stages::caustic(
+                &self.context,
+                &mut self.scene,
+                &self.light_map,
+                &self.settings,
+            );
             let stages = made.inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
                 self.scene.casters.patch_capacity = capacity;
@@ -362,8 +321,12 @@ impl Renderer {
                 return Ok(());
             }
             self.scene.patch_budget = budget * 4;
-            self.caustic =
-                stages::caustic(&self.context, &self.scene, &self.light_map, &self.settings)?;
+            self.caustic = stages::caustic(
+                &self.context,
+                &mut self.scene,
+                &self.light_map,
+                &self.settings,
+            )?;
         }
     }
 
@@ -450,39 +413,6 @@ impl Renderer {
         }
         Ok(image)
     }
-}
-
-fn map_image(image: &Image) -> MapImage {
-    let (handle, view) = image.raw();
-    MapImage {
-        image: handle,
-        view,
-        layout: vk::ImageLayout::GENERAL,
-        size: [image.width, image.height],
-    }
-}
-
-fn tiles(scene: &DeviceScene) -> Vec<ReceiverTile> {
-    let all = scene.receivers.image_size;
-    (scene.receivers.tiles.iter())
-        .map(|tile| {
-            let [mut scale, mut offset] = [[0.0; 2]; 2];
-            for axis in 0..2 {
-                scale[axis] = tile.size[axis] as f32 / all[axis] as f32;
-                offset[axis] = tile.origin[axis] as f32 / all[axis] as f32;
-            }
-            // v points up, and the rows of the map start at the top.
-            offset[1] += scale[1];
-            scale[1] = -scale[1];
-            ReceiverTile {
-                object: tile.object,
-                origin: tile.origin,
-                size: tile.size,
-                scale,
-                offset,
-            }
-        })
-        .collect()
 }
 
 fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {

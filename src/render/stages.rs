@@ -20,7 +20,7 @@ use std::sync::Arc;
 /// [`Error::Usage`] where the method cannot light a receiver, [`Error::Device`] where the device fails.
 pub fn caustic(
     context: &Arc<Context>,
-    scene: &DeviceScene,
+    scene: &mut DeviceScene,
     light_map: &Image,
     settings: &Settings,
 ) -> Result<Caustic> {
@@ -64,7 +64,7 @@ pub fn caustic(
 /// pinholes, and footprints elsewhere. On mesh receivers, footprints.
 fn by_footprints(
     context: &Arc<Context>,
-    scene: &DeviceScene,
+    scene: &mut DeviceScene,
     light_map: &Image,
     settings: &Settings,
 ) -> Result<Caustic> {

@@ -6,6 +6,7 @@ pub mod kernel_profiles;
 pub mod list;
 pub mod mesh_footprints;
 pub mod pinhole_images;
+pub mod prefix_sums;
 pub mod projector;
 pub mod resolve;
 pub mod triangles;

@@ -10,19 +10,19 @@ use crate::render::gpu_types::constants::{
     MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH, SHARE_LEVELS, SPLAT_GROUP,
 };
 use crate::render::gpu_types::{
-    DrawPush, FacetImage, FacetPatches, FacetPush, NumberPush, ReceiverShare, ScanPush, TotalPush,
-    TriangleSplat,
+    DrawPush, FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
 };
 use crate::render::lights::LightGroup;
 use crate::render::settings::{Method, Settings};
+use crate::render::splat::prefix_sums::{PrefixSums, threads};
 use crate::render::splat::resolve::Levels;
 use glam::Vec2;
 use std::sync::Arc;
 
 /// Triangles of one batch.
 const BATCH: u32 = 1 << 17;
-/// Largest number of workgroups along an axis that every device supports.
-const MAX_GROUPS: u32 = 65_535;
+/// Corners of the two triangles of a quad; see quad.glsl.
+const QUAD_CORNERS: [u32; 6] = [0, 1, 2, 2, 1, 3];
 /// Patches for each sample: flux is uneven, so that rounding up makes more patches than the shares say.
 const SHARE_OF_SAMPLE: f32 = 2.0;
 /// 1/share over the number of patches, at most: patches are divided further from 1.3 shares on.
@@ -55,31 +55,6 @@ pub struct Triangles {
     patch_capacity: u32,
     aim: Aim,
     shares: Buffer,
-}
-
-/// Prefix sums over numbers of patches or triangles, in two steps.
-struct PrefixSums {
-    number: BoundPipeline,
-    scan: BoundPipeline,
-}
-
-impl PrefixSums {
-    /// Sums within blocks.
-    fn record_number(&self, recorder: &mut Recorder, count: u32) {
-        let push = NumberPush { count };
-        let blocks = count.div_ceil(SPLAT_GROUP);
-        recorder.dispatch(&self.number, &push, threads(blocks));
-    }
-
-    /// Sums over blocks, and the arguments of the passes that follow, in `batches` batches.
-    fn record_scan(&self, recorder: &mut Recorder, count: u32, batches: u32) {
-        let push = ScanPush {
-            block_count: count.div_ceil(SPLAT_GROUP),
-            batches,
-            batch_size: BATCH,
-        };
-        recorder.dispatch(&self.scan, &push, [1, 1, 1]);
-    }
 }
 
 /// What a frame made.
@@ -130,7 +105,7 @@ impl Triangles {
     /// [`Error::Usage`] where there are too many pairs of facet and light, [`Error::Device`] where the device fails.
     pub fn new(
         context: &Arc<Context>,
-        scene: &DeviceScene,
+        scene: &mut DeviceScene,
         levels: &Levels,
         settings: &Settings,
     ) -> Result<Self> {
@@ -181,6 +156,8 @@ impl Triangles {
         let slots = u64::from(BATCH);
         let triangle_splats = buffer("triangles", slots * size_of::<TriangleSplat>() as u64)?;
         let quads = buffer("quads", 24 * slots)?;
+        let corners = (0..BATCH).flat_map(|quad| QUAD_CORNERS.map(|corner| 4 * quad + corner));
+        (scene.staging).write(&quads, 0, &corners.collect::<Vec<u32>>())?;
 
         let all = [
             ("facets", &facets.facets),
@@ -198,7 +175,6 @@ impl Triangles {
             ("splat_sums", &splat_sums),
             ("splat_totals", &splat_totals),
             ("triangle_splats", &triangle_splats),
-            ("quads", &quads),
             ("coarse", &levels.coarse),
         ];
         let compute = |shader: &'static crate::gpu::Shader, own: &[(&'static str, &Buffer)]| {
@@ -217,28 +193,22 @@ impl Triangles {
             facet_error: compute(&shaders::FACET_ERROR_COMP, &all)?,
             choose_share: compute(&shaders::CHOOSE_SHARE_COMP, &all)?,
             facet_count: compute(&shaders::FACET_COUNT_COMP, &all)?,
-            patch_sums: PrefixSums {
-                number: compute(
-                    &shaders::NUMBER_COMP,
-                    &[("numbers", &patch_numbers), ("block_sums", &patch_sums)],
-                )?,
-                scan: compute(
-                    &shaders::SCAN_COMP,
-                    &[("block_sums", &patch_sums), ("totals", &patch_totals)],
-                )?,
-            },
+            patch_sums: PrefixSums::new(
+                context,
+                scene,
+                &patch_numbers,
+                &patch_sums,
+                &patch_totals,
+            )?,
             trace_corners: compute(&shaders::TRACE_CORNERS_COMP, &all)?,
             patch_count: compute(&shaders::PATCH_COUNT_COMP, &all)?,
-            splat_sums: PrefixSums {
-                number: compute(
-                    &shaders::NUMBER_COMP,
-                    &[("numbers", &splat_numbers), ("block_sums", &splat_sums)],
-                )?,
-                scan: compute(
-                    &shaders::SCAN_COMP,
-                    &[("block_sums", &splat_sums), ("totals", &splat_totals)],
-                )?,
-            },
+            splat_sums: PrefixSums::new(
+                context,
+                scene,
+                &splat_numbers,
+                &splat_sums,
+                &splat_totals,
+            )?,
             project: compute(&shaders::PROJECT_TRIANGLES_COMP, &all)?,
             draw: BoundPipeline::graphics(context, vertex, fragment, topology, &splats)?,
             visibility,
@@ -372,7 +342,7 @@ impl Triangles {
         group: LightGroup,
     ) {
         self.patch_sums
-            .record_scan(recorder, pairs(scene, group), 0);
+            .record_scan(recorder, pairs(scene, group), [0, BATCH]);
     }
 
     /// Traces rays from the corners of the facets.
@@ -419,7 +389,7 @@ impl Triangles {
 
     /// Numbers the blocks.
     pub fn record_scan_triangles(&self, recorder: &mut Recorder) {
-        (self.splat_sums).record_scan(recorder, self.patch_capacity, self.batches);
+        (self.splat_sums).record_scan(recorder, self.patch_capacity, [self.batches, BATCH]);
     }
 
     /// Writes the triangles of a batch.
@@ -489,11 +459,4 @@ impl Triangles {
 
 fn pairs(scene: &DeviceScene, group: LightGroup) -> u32 {
     scene.facets.facet_count * group.light_count
-}
-
-/// Threads in as many rows of workgroups as the device needs.
-fn threads(units: u32) -> [u32; 3] {
-    let groups = units.div_ceil(SPLAT_GROUP);
-    let columns = groups.min(MAX_GROUPS);
-    [columns * SPLAT_GROUP, groups.div_ceil(columns.max(1)), 1]
 }
