@@ -4,6 +4,7 @@
 
 mod common;
 
+use approx::assert_relative_eq;
 use common::{
     Device, assert_error, brighter, image, l1, load, moved, nephroid, only_receiver, options,
     scene_path, solve,
@@ -13,6 +14,7 @@ use nephroid::render::{MAX_PATCHES, Settings};
 use nephroid::scene::Scene;
 use predicates::prelude::*;
 use predicates::str::contains;
+use std::time::Duration;
 
 const TEXELS: [u32; 2] = [128, 128];
 /// Expected L1 error of the references.
@@ -103,6 +105,92 @@ fn a_frame_depends_on_its_scene_alone() {
     };
     let (first, other, again) = (map(&scene), map(&turned), map(&scene));
     assert!(first == again && first != other);
+}
+
+/// A budget that no frame meets gives the coarsest frames, one that every frame meets ever finer ones.
+#[test]
+fn a_budget_decides_the_error() {
+    let device = Device::open();
+    let scene = scene("mesh_cage");
+    let estimates = |milliseconds: u64, frames: usize| {
+        let settings = Settings {
+            budget: Some(Duration::from_millis(milliseconds)),
+            ..Settings::default()
+        };
+        let mut renderer = device.renderer(&scene, &settings);
+        let estimates: Vec<f32> = (0..frames)
+            .map(|_| {
+                renderer.caustic().unwrap();
+                renderer.estimated_error().unwrap().unwrap()
+            })
+            .collect();
+        (estimates, renderer.budget().unwrap().is_met())
+    };
+    let (coarse, is_met) = estimates(0, 6);
+    assert!(
+        is_met && coarse.iter().all(|&error| error == coarse[0]),
+        "{coarse:?}"
+    );
+    let (finer, is_met) = estimates(1_000_000, 6);
+    assert!(!is_met && finer[0] == coarse[0], "{finer:?}");
+    for pair in finer[..4].windows(2) {
+        assert_relative_eq!(pair[0] / pair[1], 1.5, max_relative = 1e-3);
+    }
+    // Here the buffers are full, and grow.
+    assert!(
+        (finer[3] / 1.49..finer[3] / 1.2).contains(&finer[4]),
+        "{finer:?}"
+    );
+    let next = finer[5] / finer[4];
+    assert_relative_eq!(next, 1.0 / 1.5, max_relative = 1e-3);
+}
+
+/// An error that is set later gives the same bits as one that is set at first.
+#[test]
+fn the_error_can_change() {
+    let device = Device::open();
+    let scene = scene("mesh_rock");
+    let floor = scene.object_index("floor").unwrap();
+    let mut fixed = device.renderer(&scene, &aiming_for(0.02));
+    fixed.caustic().unwrap();
+    let mut changed = device.renderer(&scene, &aiming_for(0.035));
+    changed.caustic().unwrap();
+    let before = changed.read_caustic(floor).unwrap().pixels;
+    changed.set_error(0.02);
+    changed.caustic().unwrap();
+    let after = changed.read_caustic(floor).unwrap().pixels;
+    assert!(after != before && after == fixed.read_caustic(floor).unwrap().pixels);
+}
+
+#[test]
+fn budgets_on_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.exr");
+    let bake = |arguments: &[&str]| {
+        let mut bake = nephroid();
+        bake.arg("bake").arg(scene_path("mirror.toml"));
+        bake.args(["--lightmap", "32"]).args(arguments);
+        bake.arg("-o").arg(&output).assert()
+    };
+    for budget in ["0", "-5", "nan", "1e-9", "inf", "five"] {
+        bake(&[&format!("--budget-ms={budget}")])
+            .code(2)
+            .stderr(contains("give milliseconds"));
+    }
+    bake(&["--budget-ms=5", "--error=0.02"])
+        .code(2)
+        .stderr(contains("--error"));
+    bake(&["--budget-ms=5", "--method=pinhole"])
+        .code(2)
+        .stderr(contains("pinhole cannot aim for a time").and(contains("remedy")));
+    assert!(!output.exists());
+    bake(&["--budget-ms=100000", "--json"])
+        .success()
+        .stdout(contains("budgeted"));
+    bake(&["--budget-ms=0.1"])
+        .success()
+        .stderr(contains("above the budget of 0.1 ms"));
+    assert!(output.exists());
 }
 
 #[test]

@@ -11,17 +11,19 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
-use nephroid::render::{Area, Method, Renderer, Settings};
+use nephroid::render::{Area, FrameBudget, Method, Renderer, Settings};
 use nephroid::scene::{Animation, Scene};
 use nephroid::{Error, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Frames that `--profile` times, and those before that it does not.
 const FRAMES: usize = 50;
 const WARM_UP: usize = 5;
+/// Frames before the first one, at most, in which a time is approached.
+const SETTLING: usize = 20;
 /// Relative L1 error that `footprint` aims for.
 const DEFAULT_ERROR: f32 = 0.02;
 
@@ -39,6 +41,10 @@ pub struct GpuOptions {
     /// --samples]
     #[arg(long, conflicts_with = "samples", value_parser = relative_error)]
     error: Option<f32>,
+    /// footprint: time that the caustic of a frame may take, update included, in ms. The error to aim for is chosen for
+    /// every frame. The frame before the first one is repeated until the time is held
+    #[arg(long, value_name = "MS", conflicts_with_all = ["samples", "error"], value_parser = budget)]
+    budget_ms: Option<Duration>,
     /// Size of the light maps in texels: the width, with the height in the scene file's proportion, or
     /// WIDTHxHEIGHT
     #[arg(long)]
@@ -112,6 +118,12 @@ fn relative_error(text: &str) -> Result<f32, String> {
     value.ok_or("give a relative error from 0.0001 to 1, such as 0.02 for 2 %".into())
 }
 
+fn budget(text: &str) -> Result<Duration, String> {
+    let milliseconds = text.parse().ok().filter(|x: &f64| (0.1..=1e5).contains(x));
+    let seconds = milliseconds.map(|milliseconds| Duration::from_secs_f64(1e-3 * milliseconds));
+    seconds.ok_or("give milliseconds from 0.1 to 100000, such as 16".into())
+}
+
 fn not_negative(text: &str) -> Result<f32, String> {
     let value = text
         .parse()
@@ -160,6 +172,18 @@ impl Session {
     fn show(&mut self, time: f64) -> Result<()> {
         self.scene = scene_at(&self.animation, time, self.lightmap);
         self.renderer.update(&self.scene)
+    }
+
+    /// Renders the caustic until its time is within the budget, or cannot be.
+    fn settle(&mut self) -> Result<()> {
+        for _ in 0..SETTLING {
+            if self.renderer.budget().is_none_or(FrameBudget::is_met) {
+                return Ok(());
+            }
+            self.renderer.update(&self.scene)?;
+            self.renderer.caustic()?;
+        }
+        Ok(())
     }
 
     /// Gives the device back.
@@ -241,14 +265,23 @@ pub struct CausticReport {
     pub lit: Option<u32>,
     /// Estimated relative L1 error of the receiver where it is largest; `None` where it is not estimated.
     pub estimated_error: Option<f32>,
+    /// Of the last frames, with `--budget-ms`: median time of the caustic, update included, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budgeted: Option<f64>,
 }
 
 impl GpuOptions {
     /// Loads the scene, opens the device, uploads the scene at `time`.
     pub fn open(&self, path: &Path, time: f64) -> Result<Session> {
-        if self.error.is_some() && self.method != Method::Footprint {
+        let has_aim = self.error.is_some() || self.budget_ms.is_some();
+        if has_aim && self.method != Method::Footprint {
+            let aim = if self.error.is_some() {
+                "an error"
+            } else {
+                "a time"
+            };
             return Err(Error::Usage {
-                reason: format!("{} cannot aim for an error", self.method.name()),
+                reason: format!("{} cannot aim for {aim}", self.method.name()),
                 remedy: "give --samples, or leave out --method".into(),
             });
         }
@@ -264,6 +297,7 @@ impl GpuOptions {
             method: self.method,
             samples: self.samples.unwrap_or(Settings::default().samples),
             error: self.error_target(),
+            budget: self.budget_ms,
             environment_cells: self.environment_cells,
             environment_images: self.environment_images,
             epsilon: self.epsilon,
@@ -285,7 +319,9 @@ impl GpuOptions {
     /// The error to aim for, if there is one.
     fn error_target(&self) -> Option<f32> {
         match self.samples {
-            None if self.method == Method::Footprint => Some(self.error.unwrap_or(DEFAULT_ERROR)),
+            None if self.method == Method::Footprint && self.budget_ms.is_none() => {
+                Some(self.error.unwrap_or(DEFAULT_ERROR))
+            }
             _ => None,
         }
     }
@@ -319,6 +355,18 @@ impl GpuOptions {
             );
             log_some("note", &[note]);
         }
+        let budgeted = report.caustic.as_ref().and_then(|caustic| caustic.budgeted);
+        if let Some((budget, time)) = self.budget_ms.zip(budgeted)
+            && time > 1.05 * budget.as_secs_f64()
+        {
+            let note = format!(
+                "the caustic takes {:.1} ms, above the budget of {} ms: meshes with fewer triangles or smaller light maps take \
+                 less time",
+                1e3 * time,
+                1e3 * budget.as_secs_f64(),
+            );
+            log_some("note", &[note]);
+        }
         match self.json {
             true => print_json(&report),
             false => print(&report.text()),
@@ -334,6 +382,9 @@ impl GpuOptions {
         job: &impl Job,
     ) -> Result<Report> {
         session.renderer.watch(Some(watcher(false)));
+        if job.has_caustic() {
+            session.settle()?;
+        }
         let mut profiles = Vec::new();
         let mut submissions = Submissions::default();
         let frames = each_frame(shots, cancelled(), |shot| {
@@ -385,17 +436,21 @@ impl GpuOptions {
             samples: renderer.samples()?,
             lit: renderer.lit_patches()?,
             estimated_error: renderer.estimated_error()?,
+            budgeted: (renderer.budget()).map(|budget| budget.time().as_secs_f64()),
         }))
     }
 
     /// Renders once, or as often as `--profile` asks for, and writes the picture if nothing is
     /// wrong with it.
     fn still(&self, mut session: Session, file: &Path, job: &impl Job) -> Result<Report> {
+        session.renderer.watch(Some(watcher(!self.profile)));
+        // The first frame pays for what drivers put off, so it is not the one that is timed.
+        job.render(&mut session.renderer, &session.scene)?;
+        if job.has_caustic() {
+            session.settle()?;
+        }
         let (renderer, scene) = (&mut session.renderer, &session.scene);
         let frame = |renderer: &mut Renderer| job.render(renderer, scene);
-        renderer.watch(Some(watcher(!self.profile)));
-        // The first frame pays for what drivers put off, so it is not the one that is timed.
-        frame(renderer)?;
         let mut times = Vec::new();
         let mut submissions = Submissions::default();
         let mut passes = None;
@@ -482,6 +537,9 @@ impl Report {
             lines.push(format!("method  {method}, {} {unit}{lit}", caustic.samples));
             if let Some(error) = caustic.estimated_error {
                 lines.push(format!("estimated error  {:.1} %", 100.0 * error));
+            }
+            if let Some(time) = caustic.budgeted {
+                lines.push(format!("caustic  {:.2} ms", 1e3 * time));
             }
         }
         lines.push(format!("frame   {:.2} ms", 1e3 * self.frame.median));

@@ -154,6 +154,11 @@ impl Recorder {
         self.wait_each_pass = wait;
     }
 
+    /// Whether every pass is submitted separately.
+    pub fn waits_each_pass(&self) -> bool {
+        self.wait_each_pass
+    }
+
     /// Calls `watcher` after every submission from now on.
     pub fn watch(&mut self, watcher: Option<Watcher>) {
         self.watcher = watcher;

@@ -7,6 +7,7 @@
 //! buffer of a host. The blocking calls, for programs without Vulkan of their own, record the same passes and submit
 //! them.
 
+mod budget;
 mod device_scene;
 mod diagnostics;
 mod dispatch;
@@ -27,6 +28,7 @@ mod splat;
 mod stages;
 mod view;
 
+pub use budget::FrameBudget;
 pub use host::{Frame, MapImage, Output, ReceiverTile};
 pub use settings::{Area, Method, Settings};
 
@@ -43,6 +45,7 @@ use crate::scene::{Camera, Scene};
 use ash::vk;
 use std::collections::VecDeque;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
@@ -62,6 +65,11 @@ pub struct Renderer {
     retired: VecDeque<(u32, Caustic)>,
     /// Whether a caustic was recorded, so that its counts are defined.
     has_caustic: bool,
+    budget: Option<FrameBudget>,
+    /// Whether the next caustic begins with larger buffers.
+    grows: bool,
+    /// Of the last update, until a caustic was rendered.
+    update_time: Duration,
 }
 
 impl Renderer {
@@ -72,7 +80,14 @@ impl Renderer {
     /// [`Error::Usage`] where the scene has nothing to render, [`Error::Device`] where the device
     /// fails.
     pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
-        let mut device = DeviceScene::new(context, scene, settings)?;
+        let budget = settings.budget.map(FrameBudget::new);
+        let settings = Settings {
+            error: budget
+                .as_ref()
+                .map_or(settings.error, |budget| Some(budget.error())),
+            ..settings.clone()
+        };
+        let mut device = DeviceScene::new(context, scene, &settings)?;
         let mut map = |name| {
             let image = Image::new(
                 context,
@@ -85,7 +100,8 @@ impl Renderer {
             Ok::<_, Error>(image)
         };
         let (light_map, direct_map) = (map("light map")?, map("direct map")?);
-        let caustic = stages::caustic(context, &mut device, &light_map, settings)?;
+        let caustic = stages::caustic(context, &mut device, &light_map, &settings)?;
+        let budget = budget.filter(|_| caustic.has_error_target());
         let direct = Direct::new(context, &device, &direct_map)?;
         let dilate = match device.receivers.mesh_count() {
             0 => None,
@@ -100,7 +116,7 @@ impl Renderer {
         };
         Ok(Self {
             context: context.clone(),
-            settings: settings.clone(),
+            settings,
             tiles: host::tiles(&device),
             scene: device,
             light_map,
@@ -112,6 +128,9 @@ impl Renderer {
             recorder,
             retired: VecDeque::new(),
             has_caustic: false,
+            budget,
+            grows: false,
+            update_time: Duration::ZERO,
         })
     }
 
@@ -176,6 +195,7 @@ impl Renderer {
     /// light maps of other sizes, or too many patches; [`Error::Device`] where the device fails. What
     /// is shown before another update succeeds is then undefined.
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
+        let start = Instant::now();
         let capacity = self.scene.casters.patch_capacity;
         if self.scene.update(&self.context, scene)? {
             let made = stages::caustic(
@@ -193,6 +213,7 @@ impl Renderer {
             let frames = self.settings.frames_in_flight.max(1);
             self.retired.push_back((frames, replaced));
         }
+        self.update_time = start.elapsed();
         Ok(())
     }
 
@@ -212,6 +233,10 @@ impl Renderer {
             notes.push(note.into());
         } else if self.scene.scene.specular_objects().next().is_none() {
             let note = "no caustic: nothing in the scene reflects or refracts light";
+            notes.push(note.into());
+        }
+        if self.settings.budget.is_some() && self.budget.is_none() {
+            let note = "the time is not held: only suns and lamps on flat receivers take less time at a larger error";
             notes.push(note.into());
         }
         if self.caustic.has_even_patches() {
@@ -311,23 +336,62 @@ impl Renderer {
     /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so, [`Error::Host`] on the
     /// device of a host.
     pub fn caustic(&mut self) -> Result<()> {
+        if std::mem::take(&mut self.grows) {
+            self.grow()?;
+        }
+        let start = Instant::now();
         loop {
             self.begin()?;
             self.record_caustic()?;
             self.recorder.submit()?;
-            let budget = self.scene.patch_budget;
-            let is_enough = self.settings.error.is_none() || budget >= MAX_PATCHES;
-            if is_enough || !self.caustic.is_limited()? {
+            let Some((error, is_limited)) = self.caustic.error()? else {
+                return Ok(());
+            };
+            let can_grow = is_limited && self.scene.patch_budget < MAX_PATCHES;
+            if self.budget.is_some() {
+                let time = std::mem::take(&mut self.update_time) + start.elapsed();
+                self.hold_budget(time, error, can_grow);
                 return Ok(());
             }
-            self.scene.patch_budget = budget * 4;
-            self.caustic = stages::caustic(
-                &self.context,
-                &mut self.scene,
-                &self.light_map,
-                &self.settings,
-            )?;
+            if !can_grow {
+                return Ok(());
+            }
+            self.grow()?;
         }
+    }
+
+    /// Sets the error that the next frame aims for, after a frame that took `time`.
+    fn hold_budget(&mut self, time: Duration, error: f32, can_grow: bool) {
+        if let Some(budget) = &mut self.budget
+            && !self.recorder.waits_each_pass()
+        {
+            budget.add(time, error);
+            self.grows = can_grow && budget.has_time_for_more();
+            let next = budget.error();
+            self.set_error(next);
+        }
+    }
+
+    /// Makes room for more patches.
+    fn grow(&mut self) -> Result<()> {
+        self.scene.patch_budget *= 4;
+        let (context, light_map) = (&self.context, &self.light_map);
+        self.caustic = stages::caustic(context, &mut self.scene, light_map, &self.settings)?;
+        Ok(())
+    }
+
+    /// Sets the relative L1 error that the next frame aims for, 0 < `error` ≤ 1. Without effect where [`Settings::error`]
+    /// is `None`.
+    pub fn set_error(&mut self, error: f32) {
+        if self.settings.error.is_some() {
+            self.settings.error = Some(error);
+            self.caustic.set_error(error);
+        }
+    }
+
+    /// What holds [`Settings::budget`].
+    pub fn budget(&self) -> Option<&FrameBudget> {
+        self.budget.as_ref()
     }
 
     /// Renders the direct light of all lights into the direct maps and waits for it.
@@ -347,18 +411,13 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::caustic`].
     pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
-        if self.settings.error.is_some() && !self.has_caustic {
-            // Finds how many patches the error needs.
-            self.caustic()?;
-        }
-        self.begin()?;
         if self.shade.as_ref().is_none_or(|shade| shade.size() != size) {
             let maps = [&self.light_map, &self.direct_map];
             let shade = Shade::new(&self.context, &self.scene, maps, size)?;
             self.scene.staging.prepare(&shade.view);
             self.shade = Some(shade);
         }
-        self.record_caustic()?;
+        self.caustic()?;
         if self.scene.environment.is_present {
             self.record_direct(false)?;
         }

@@ -1,5 +1,7 @@
 //! The settings of a renderer: method, resolution and options.
 
+use std::time::Duration;
+
 /// The method that computes the caustic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -61,6 +63,10 @@ pub struct Settings {
     /// of patches in every frame. `None`: `samples` decides there, too. Buffers for more patches are made by
     /// [`super::Renderer::caustic`], not by frames of a host.
     pub error: Option<f32>,
+    /// `footprint`: time that [`super::Renderer::update`] and [`super::Renderer::caustic`] may take together. Instead of
+    /// `error`, which is then chosen anew after every frame by [`super::FrameBudget`]. Frames of a host are not timed: a
+    /// host sets `error`, and [`super::Renderer::set_error`] for every frame.
+    pub budget: Option<Duration>,
     /// `footprint`: maximum number of environment cells (at least 8).
     pub environment_cells: u32,
     /// `footprint`: pairs of environment cell and patch cluster per sample. The number is scaled by the environment's
@@ -82,6 +88,7 @@ impl Default for Settings {
             method: Method::Footprint,
             samples: 16_384,
             error: None,
+            budget: None,
             environment_cells: 4096,
             environment_images: 4,
             epsilon: 1.0,

@@ -154,28 +154,41 @@ impl Caustic {
     /// [`Error::Device`] where the device fails.
     pub fn estimated_error(&self) -> Result<Option<f32>> {
         match self {
-            Self::Splat {
-                triangles: Some(triangles),
-                projectors,
-                ..
-            } if projectors.is_empty() && triangles.has_error_target() => {
-                Ok(Some(triangles.error()?.0))
+            Self::Splat { projectors, .. } if projectors.is_empty() => {
+                Ok(self.error()?.map(|(error, _)| error))
             }
             _ => Ok(None),
         }
     }
 
-    /// Whether buffers were too small for the error to aim for.
+    /// Whether some part of it aims for an error.
+    pub fn has_error_target(&self) -> bool {
+        matches!(self, Self::Splat { triangles: Some(triangles), .. } if triangles.has_error_target())
+    }
+
+    /// Estimated relative L1 error of suns and lamps on the planar receiver where it is largest, in the last frame, and
+    /// whether buffers were too small for the error to aim for. `None` without an error to aim for.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
-    pub fn is_limited(&self) -> Result<bool> {
+    pub fn error(&self) -> Result<Option<(f32, bool)>> {
         match self {
             Self::Splat {
                 triangles: Some(triangles),
                 ..
-            } => Ok(triangles.error()?.1),
-            _ => Ok(false),
+            } if triangles.has_error_target() => Ok(Some(triangles.error()?)),
+            _ => Ok(None),
+        }
+    }
+
+    /// Sets the error to aim for.
+    pub fn set_error(&mut self, error: f32) {
+        if let Self::Splat {
+            triangles: Some(triangles),
+            ..
+        } = self
+        {
+            triangles.set_error(error);
         }
     }
 

@@ -229,6 +229,13 @@ impl Triangles {
         self.aim.error > 0.0
     }
 
+    /// Sets the error to aim for, if there is one.
+    pub fn set_error(&mut self, error: f32) {
+        if self.has_error_target() {
+            self.aim.error = error;
+        }
+    }
+
     fn push(&self, scene: &DeviceScene, group: LightGroup, first_splat: u32) -> FacetPush {
         FacetPush {
             facet_count: scene.facets.facet_count,
