@@ -198,6 +198,7 @@ fn recording_a_still_scene_allocates_nothing() {
                 direct: true,
             };
             let mut record = || {
+                renderer.invalidate();
                 COUNT.set(Some(0));
                 // SAFETY: recording; never submitted.
                 unsafe { renderer.record(commands, &frame) }.unwrap();

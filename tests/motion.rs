@@ -5,8 +5,8 @@
 mod common;
 
 use common::{
-    Device, assert_error, footprint, image, load, method, moved, object_mut, only_receiver,
-    options, solve,
+    Device, assert_error, brighter, footprint, image, load, method, moved, object_mut,
+    only_receiver, options, solve,
 };
 use glam::DVec3;
 use nephroid::Error;
@@ -15,6 +15,7 @@ use nephroid::measure::SequenceMeter;
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::{EnvironmentMap, Geometry, LightKind, Scene};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The ring's floor at a low resolution.
 fn ring() -> Scene {
@@ -83,6 +84,50 @@ fn assert_as_if_alone(scenes: &[Scene], settings: &Settings) {
             assert!(last.pixels != map.pixels, "frame {index} shows nothing new");
         }
     }
+}
+
+/// What stands still is rendered once; after a change of anything that it depends on, again.
+#[test]
+fn a_still_scene_is_rendered_once() {
+    let device = Device::open();
+    let scene = ring();
+    let mut renderer = device.renderer(&scene, &footprint(4096));
+    let mut is_rendered = |scene: &Scene| {
+        renderer.update(scene).unwrap();
+        let map = floor_of(&mut renderer, scene);
+        let passes = renderer.take_times();
+        (
+            passes.iter().any(|pass| pass.name == "splat triangles"),
+            map.pixels,
+        )
+    };
+    let (first, map) = is_rendered(&scene);
+    let (again, same) = is_rendered(&scene);
+    assert!(first && !again && map == same);
+    let brighter = brighter(scene.clone(), 2.0);
+    let (of_light, double) = is_rendered(&brighter);
+    assert!(of_light && double != map);
+    let (of_camera, _) = is_rendered(&{
+        let mut scene = brighter.clone();
+        scene.camera.position.y += 0.1;
+        scene
+    });
+    assert!(!of_camera);
+    let (of_motion, _) = is_rendered(&moved(brighter, "ring", 0.1, DVec3::ZERO));
+    assert!(of_motion);
+    let start = Instant::now();
+    for _ in 0..50 {
+        renderer.caustic().unwrap();
+    }
+    println!(
+        "a still frame takes {:.3} ms",
+        20.0 * start.elapsed().as_secs_f64()
+    );
+    renderer.invalidate();
+    renderer.take_times();
+    renderer.caustic().unwrap();
+    let passes = renderer.take_times();
+    assert!(passes.iter().any(|pass| pass.name == "splat triangles"));
 }
 
 #[test]

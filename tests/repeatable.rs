@@ -19,6 +19,7 @@ fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
     let device = Device::open();
     let mut renderer = device.renderer(scene, settings);
     let mut frame = || {
+        renderer.invalidate();
         renderer.view(&scene.camera, [32, 18], 1).unwrap();
         let mut images = vec![bits(&renderer.read_view().unwrap())];
         for (receiver, _) in scene.light_maps() {

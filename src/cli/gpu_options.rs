@@ -450,7 +450,10 @@ impl GpuOptions {
             session.settle()?;
         }
         let (renderer, scene) = (&mut session.renderer, &session.scene);
-        let frame = |renderer: &mut Renderer| job.render(renderer, scene);
+        let frame = |renderer: &mut Renderer| {
+            renderer.invalidate();
+            job.render(renderer, scene)
+        };
         let mut times = Vec::new();
         let mut submissions = Submissions::default();
         let mut passes = None;
@@ -505,6 +508,7 @@ fn times_of_passes(
     frame: impl FnOnce(&mut Renderer) -> Result<()>,
 ) -> Result<Vec<PassTime>> {
     renderer.wait_each_pass(true);
+    renderer.invalidate();
     renderer.take_times();
     let rendered = frame(renderer);
     let times = renderer.take_times();

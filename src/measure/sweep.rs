@@ -511,6 +511,7 @@ fn time_frames(
         if cancel.load(Ordering::Relaxed) {
             return Err(Error::Cancelled);
         }
+        renderer.invalidate();
         let start = Instant::now();
         renderer.caustic()?;
         let wall = start.elapsed().as_secs_f64();

@@ -21,6 +21,16 @@ use crate::scene::{Geometry, LightKind, Object, Scene};
 use std::mem::discriminant;
 use std::sync::Arc;
 
+/// What an update changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Change {
+    Nothing,
+    /// The content of buffers.
+    Content,
+    /// The stages must be bound again, since there are more patches than their capacity, or a new environment.
+    Stages,
+}
+
 pub struct DeviceScene {
     pub geometry: DeviceGeometry,
     pub lights: DeviceLights,
@@ -79,15 +89,14 @@ impl DeviceScene {
     }
 
     /// Stages the differences between `scene` and the last scene: positions, sizes, directions and colours may differ,
-    /// the structure may not. Returns whether the stages must be bound again, because there are more patches than their
-    /// capacity or a new environment.
+    /// the structure may not.
     ///
     /// # Errors
     /// As [`crate::render::Renderer::update`].
-    pub fn update(&mut self, context: &Arc<Context>, scene: &Scene) -> Result<bool> {
+    pub fn update(&mut self, context: &Arc<Context>, scene: &Scene) -> Result<Change> {
         check_same_structure(&self.scene, scene)?;
         if !self.is_stale && is_same(&self.scene, scene) {
-            return Ok(false);
+            return Ok(Change::Nothing);
         }
         let is_stale = std::mem::replace(&mut self.is_stale, true);
         let staging = &mut self.staging;
@@ -129,7 +138,10 @@ impl DeviceScene {
             && (self.casters).update(context, staging, scene, store, &lights, samples)?;
         self.scene = scene.clone();
         self.is_stale = false;
-        Ok(outgrown || changed.is_another && self.environment.pairs.is_some())
+        match outgrown || changed.is_another && self.environment.pairs.is_some() {
+            true => Ok(Change::Stages),
+            false => Ok(Change::Content),
+        }
     }
 
     /// A compute pipeline, bound to the scene's buffers and images that `shader` names and to the stage's `own`

@@ -7,6 +7,7 @@
 //! buffer of a host. The blocking calls, for programs without Vulkan of their own, record the same passes and submit
 //! them.
 
+mod blocking;
 mod budget;
 mod device_scene;
 mod diagnostics;
@@ -34,14 +35,13 @@ pub use settings::{Area, Method, Settings};
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
-use crate::image_file::RgbImage;
-use crate::render::device_scene::DeviceScene;
+use crate::render::device_scene::{Change, DeviceScene};
 use crate::render::frame::Caustic;
 pub use crate::render::patches::facets::MAX_BUDGET as MAX_PATCHES;
 use crate::render::receivers::dilate::Dilate;
 use crate::render::view::camera::Shade;
 use crate::render::view::direct::Direct;
-use crate::scene::{Camera, Scene};
+use crate::scene::Scene;
 use ash::vk;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -65,6 +65,8 @@ pub struct Renderer {
     retired: VecDeque<(u32, Caustic)>,
     /// Whether a caustic was recorded, so that its counts are defined.
     has_caustic: bool,
+    /// Whether the light maps show the scene as it is. Then no caustic is computed.
+    is_current: bool,
     budget: Option<FrameBudget>,
     /// Whether the next caustic begins with larger buffers.
     grows: bool,
@@ -128,6 +130,7 @@ impl Renderer {
             recorder,
             retired: VecDeque::new(),
             has_caustic: false,
+            is_current: false,
             budget,
             grows: false,
             update_time: Duration::ZERO,
@@ -197,7 +200,11 @@ impl Renderer {
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
         let start = Instant::now();
         let capacity = self.scene.casters.patch_capacity;
-        if self.scene.update(&self.context, scene)? {
+        // Where an update fails, nothing is current.
+        let was_current = std::mem::take(&mut self.is_current);
+        let change = self.scene.update(&self.context, scene)?;
+        self.is_current = was_current && change == Change::Nothing;
+        if change == Change::Stages {
             let made = stages::caustic(
                 &self.context,
                 &mut self.scene,
@@ -279,6 +286,11 @@ impl Renderer {
         }
     }
 
+    /// Has the next frame compute its caustic although the scene is unchanged, for measurements.
+    pub fn invalidate(&mut self) {
+        self.is_current = false;
+    }
+
     /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
     pub fn wait_each_pass(&mut self, wait: bool) {
         self.recorder.wait_each_pass(wait);
@@ -301,6 +313,9 @@ impl Renderer {
 
     fn record_caustic(&mut self) -> Result<()> {
         frame::upload(&mut self.recorder, &mut self.scene)?;
+        if self.is_current {
+            return Ok(());
+        }
         let dilate = self.dilate.as_ref().map(|[of_caustic, _]| of_caustic);
         self.has_caustic = true;
         frame::caustic(
@@ -309,7 +324,9 @@ impl Renderer {
             &self.caustic,
             &self.light_map,
             dilate,
-        )
+        )?;
+        self.is_current = true;
+        Ok(())
     }
 
     fn record_direct(&mut self, with_lights: bool) -> Result<()> {
@@ -323,67 +340,11 @@ impl Renderer {
         )
     }
 
-    /// Begins a blocking frame.
-    fn begin(&mut self) -> Result<()> {
-        self.recorder.begin_frame()?;
-        self.retired.clear();
-        Ok(())
-    }
-
-    /// Renders the caustic into the light maps and waits for it.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so, [`Error::Host`] on the
-    /// device of a host.
-    pub fn caustic(&mut self) -> Result<()> {
-        if std::mem::take(&mut self.grows) {
-            self.grow()?;
-        }
-        let start = Instant::now();
-        loop {
-            self.begin()?;
-            self.record_caustic()?;
-            self.recorder.submit()?;
-            let Some((error, is_limited)) = self.caustic.error()? else {
-                return Ok(());
-            };
-            let can_grow = is_limited && self.scene.patch_budget < MAX_PATCHES;
-            if self.budget.is_some() {
-                let time = std::mem::take(&mut self.update_time) + start.elapsed();
-                self.hold_budget(time, error, can_grow);
-                return Ok(());
-            }
-            if !can_grow {
-                return Ok(());
-            }
-            self.grow()?;
-        }
-    }
-
-    /// Sets the error that the next frame aims for, after a frame that took `time`.
-    fn hold_budget(&mut self, time: Duration, error: f32, can_grow: bool) {
-        if let Some(budget) = &mut self.budget
-            && !self.recorder.waits_each_pass()
-        {
-            budget.add(time, error);
-            self.grows = can_grow && budget.has_time_for_more();
-            let next = budget.error();
-            self.set_error(next);
-        }
-    }
-
-    /// Makes room for more patches.
-    fn grow(&mut self) -> Result<()> {
-        self.scene.patch_budget *= 4;
-        let (context, light_map) = (&self.context, &self.light_map);
-        self.caustic = stages::caustic(context, &mut self.scene, light_map, &self.settings)?;
-        Ok(())
-    }
-
     /// Sets the relative L1 error that the next frame aims for, 0 < `error` ≤ 1. Without effect where [`Settings::error`]
     /// is `None`.
     pub fn set_error(&mut self, error: f32) {
         if self.settings.error.is_some() {
+            self.is_current &= self.settings.error == Some(error);
             self.settings.error = Some(error);
             self.caustic.set_error(error);
         }
@@ -393,96 +354,4 @@ impl Renderer {
     pub fn budget(&self) -> Option<&FrameBudget> {
         self.budget.as_ref()
     }
-
-    /// Renders the direct light of all lights into the direct maps and waits for it.
-    ///
-    /// # Errors
-    /// As [`Renderer::caustic`].
-    pub fn direct(&mut self) -> Result<()> {
-        self.begin()?;
-        frame::upload(&mut self.recorder, &mut self.scene)?;
-        self.record_direct(true)?;
-        self.recorder.submit()
-    }
-
-    /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
-    /// `side`² samples each, as linear radiance. Waits for it.
-    ///
-    /// # Errors
-    /// As [`Renderer::caustic`].
-    pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
-        if self.shade.as_ref().is_none_or(|shade| shade.size() != size) {
-            let maps = [&self.light_map, &self.direct_map];
-            let shade = Shade::new(&self.context, &self.scene, maps, size)?;
-            self.scene.staging.prepare(&shade.view);
-            self.shade = Some(shade);
-        }
-        self.caustic()?;
-        if self.scene.environment.is_present {
-            self.record_direct(false)?;
-        }
-        let shade = self.shade.as_ref().expect("made above");
-        frame::view(&mut self.recorder, &self.scene, shade, camera, side)?;
-        self.recorder.submit()
-    }
-
-    /// Linear radiance of the last [`Renderer::view`], W/m²/sr.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    ///
-    /// # Panics
-    /// If no view was rendered.
-    pub fn read_view(&self) -> Result<RgbImage> {
-        let view = &self.shade.as_ref().expect("a view was rendered").view;
-        read(view, [0, 0], [view.width, view.height])
-    }
-
-    /// Caustic irradiance of the receiver `object`, W/m², after [`Renderer::caustic`].
-    ///
-    /// # Errors
-    /// [`Error::Usage`] where the object has no light map, [`Error::Device`] where the device fails.
-    pub fn read_caustic(&self, object: usize) -> Result<RgbImage> {
-        self.read_tile(&self.light_map, object)
-    }
-
-    /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`].
-    ///
-    /// # Errors
-    /// As [`Renderer::read_caustic`].
-    pub fn read_direct(&self, object: usize) -> Result<RgbImage> {
-        self.read_tile(&self.direct_map, object)
-    }
-
-    /// Sets texels of a mesh's light map outside its charts to 0.
-    fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
-        let tile = (self.tiles.iter())
-            .find(|tile| tile.object == object)
-            .ok_or_else(|| Error::Usage {
-                reason: format!("object {object} has no light map"),
-                remedy: "name a diffuse rect or mesh with the key lightmap".into(),
-            })?;
-        let mut image = read(map, tile.origin, tile.size)?;
-        if let Some(atlas) = &self.scene.receivers.atlases[object] {
-            for (texel, pixel) in image.pixels.iter_mut().enumerate() {
-                if atlas.pieces(texel).is_empty() {
-                    *pixel = [0.0; 3];
-                }
-            }
-        }
-        Ok(image)
-    }
-}
-
-fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {
-    let pixels = image
-        .read(origin, size)?
-        .iter()
-        .map(|&[r, g, b, _]| [r, g, b])
-        .collect();
-    Ok(RgbImage {
-        width: size[0],
-        height: size[1],
-        pixels,
-    })
 }

@@ -1,0 +1,174 @@
+//! The blocking calls: they submit what [`Renderer::record`] leaves to hosts, and read the results.
+
+use crate::error::{Error, Result};
+use crate::gpu::Image;
+use crate::image_file::RgbImage;
+use crate::render::view::camera::Shade;
+use crate::render::{MAX_PATCHES, Renderer, frame, stages};
+use crate::scene::Camera;
+use std::time::{Duration, Instant};
+
+impl Renderer {
+    /// Begins a blocking frame.
+    fn begin(&mut self) -> Result<()> {
+        self.recorder.begin_frame()?;
+        self.retired.clear();
+        Ok(())
+    }
+
+    /// Renders the caustic into the light maps and waits for it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so, [`Error::Host`] on the
+    /// device of a host.
+    pub fn caustic(&mut self) -> Result<()> {
+        if std::mem::take(&mut self.grows) {
+            self.grow()?;
+        }
+        let start = Instant::now();
+        self.begin()?;
+        if self.is_current {
+            return Ok(());
+        }
+        loop {
+            self.record_caustic()?;
+            self.recorder
+                .submit()
+                .inspect_err(|_| self.is_current = false)?;
+            let Some((error, is_limited)) = self.caustic.error()? else {
+                return Ok(());
+            };
+            let can_grow = is_limited && self.scene.patch_budget < MAX_PATCHES;
+            if self.budget.is_some() {
+                let time = std::mem::take(&mut self.update_time) + start.elapsed();
+                self.hold_budget(time, error, can_grow);
+                return Ok(());
+            }
+            if !can_grow {
+                return Ok(());
+            }
+            self.is_current = false;
+            self.grow()?;
+            self.begin()?;
+        }
+    }
+
+    /// Sets the error that the next frame aims for, after a frame that took `time`.
+    fn hold_budget(&mut self, time: Duration, error: f32, can_grow: bool) {
+        if let Some(budget) = &mut self.budget
+            && !self.recorder.waits_each_pass()
+        {
+            budget.add(time, error);
+            self.grows = can_grow && budget.has_time_for_more();
+            // A still scene is rendered until it takes the time.
+            self.is_current = budget.is_met() && !self.grows;
+            let next = budget.error();
+            self.settings.error = Some(next);
+            self.caustic.set_error(next);
+        }
+    }
+
+    /// Makes room for more patches.
+    fn grow(&mut self) -> Result<()> {
+        self.scene.patch_budget *= 4;
+        let (context, light_map) = (&self.context, &self.light_map);
+        self.caustic = stages::caustic(context, &mut self.scene, light_map, &self.settings)?;
+        Ok(())
+    }
+
+    /// Renders the direct light of all lights into the direct maps and waits for it.
+    ///
+    /// # Errors
+    /// As [`Renderer::caustic`].
+    pub fn direct(&mut self) -> Result<()> {
+        self.begin()?;
+        frame::upload(&mut self.recorder, &mut self.scene)?;
+        self.record_direct(true)?;
+        self.recorder.submit()
+    }
+
+    /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
+    /// `side`² samples each, as linear radiance. Waits for it.
+    ///
+    /// # Errors
+    /// As [`Renderer::caustic`].
+    pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
+        if self.shade.as_ref().is_none_or(|shade| shade.size() != size) {
+            let maps = [&self.light_map, &self.direct_map];
+            let shade = Shade::new(&self.context, &self.scene, maps, size)?;
+            self.scene.staging.prepare(&shade.view);
+            self.shade = Some(shade);
+        }
+        let was_current = self.is_current;
+        self.caustic()?;
+        if was_current {
+            frame::upload(&mut self.recorder, &mut self.scene)?;
+        }
+        if self.scene.environment.is_present {
+            self.record_direct(false)?;
+        }
+        let shade = self.shade.as_ref().expect("made above");
+        frame::view(&mut self.recorder, &self.scene, shade, camera, side)?;
+        self.recorder.submit()
+    }
+
+    /// Linear radiance of the last [`Renderer::view`], W/m²/sr.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// If no view was rendered.
+    pub fn read_view(&self) -> Result<RgbImage> {
+        let view = &self.shade.as_ref().expect("a view was rendered").view;
+        read(view, [0, 0], [view.width, view.height])
+    }
+
+    /// Caustic irradiance of the receiver `object`, W/m², after [`Renderer::caustic`].
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where the object has no light map, [`Error::Device`] where the device fails.
+    pub fn read_caustic(&self, object: usize) -> Result<RgbImage> {
+        self.read_tile(&self.light_map, object)
+    }
+
+    /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`].
+    ///
+    /// # Errors
+    /// As [`Renderer::read_caustic`].
+    pub fn read_direct(&self, object: usize) -> Result<RgbImage> {
+        self.read_tile(&self.direct_map, object)
+    }
+
+    /// Sets texels of a mesh's light map outside its charts to 0.
+    fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
+        let tile = (self.tiles.iter())
+            .find(|tile| tile.object == object)
+            .ok_or_else(|| Error::Usage {
+                reason: format!("object {object} has no light map"),
+                remedy: "name a diffuse rect or mesh with the key lightmap".into(),
+            })?;
+        let mut image = read(map, tile.origin, tile.size)?;
+        if let Some(atlas) = &self.scene.receivers.atlases[object] {
+            for (texel, pixel) in image.pixels.iter_mut().enumerate() {
+                if atlas.pieces(texel).is_empty() {
+                    *pixel = [0.0; 3];
+                }
+            }
+        }
+        Ok(image)
+    }
+}
+
+fn read(image: &Image, origin: [u32; 2], size: [u32; 2]) -> Result<RgbImage> {
+    let pixels = image
+        .read(origin, size)?
+        .iter()
+        .map(|&[r, g, b, _]| [r, g, b])
+        .collect();
+    Ok(RgbImage {
+        width: size[0],
+        height: size[1],
+        pixels,
+    })
+}
