@@ -157,7 +157,9 @@ float product_over_area(Surface surface, Cell cell, CellImage image) {
     vec3 edge2 = cell.sides[1].x * surface.edge1 + cell.sides[1].y * surface.edge2;
     vec3 dx = edge1 * side2.y - edge2 * side1.y; // times the determinant
     vec3 dy = edge2 * side1.x - edge1 * side2.x;
-    return length(dx) * length(dy) / (length(cross(edge1, edge2)) * abs(cross2(side1, side2)));
+    float area = length(cross(edge1, edge2)) * abs(cross2(side1, side2));
+    // An image without area has no texels.
+    return area > 0.0 ? length(dx) * length(dy) / area : 0.0;
 }
 
 // The image as a kernel. Returns whether it lights the receiver's texels; `level` is the level that they belong to.

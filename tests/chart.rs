@@ -75,6 +75,8 @@ fn a_chart_is_measured_and_its_reference_is_kept() {
     let labels: Vec<&str> = scene.series.iter().map(|s| s.label.as_str()).collect();
     for label in [
         "footprint",
+        "footprint, --error",
+        "footprint, --budget-ms",
         "points",
         "pinhole",
         "pinhole, ε = 0",

@@ -185,7 +185,7 @@ fn measure(
         let [width, height] = step.texels;
         show(
             fraction,
-            format!("{} {}, {width} x {height}", step.curve, step.samples),
+            format!("{}, {}, {width} x {height}", step.curve, step.aim),
         );
     };
     sweep(context, &subject, plan, &mut progress, cancel)

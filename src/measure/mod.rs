@@ -1,5 +1,6 @@
 //! How far an image, or a sequence of images, is from the truth, and what it cost.
 
+mod aim;
 pub mod chart;
 mod compare;
 pub mod machine;
@@ -7,5 +8,6 @@ mod profile;
 pub mod stress;
 pub mod sweep;
 
+pub use aim::Aim;
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use profile::{PassProfile, Spread, profile};

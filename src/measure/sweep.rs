@@ -3,6 +3,7 @@
 //! Light maps of one size share a plot, as an error says little about another size: coarse texels
 //! are easier to get right. Only the light map of the receiver in question is rendered.
 
+use super::aim::Aim;
 use super::chart::{Picture, Point, SceneChart, Series, Strip, Thumbnail, figure};
 use super::{Spread, compare};
 use crate::error::{Error, Result};
@@ -54,6 +55,9 @@ pub struct Plan {
     pub most_points: u32,
     /// Of `pinhole`, which visits every patch at every texel.
     pub most_pinhole_patches: u32,
+    /// Errors, relative, and times of a frame, ms, to ask `footprint` for on the main light map.
+    pub errors: Vec<f32>,
+    pub budgets: Vec<u32>,
     /// About how long to repeat the frames of one setting, s.
     pub seconds: f64,
     /// Relative error to ask of the reference, on the largest light map. Halving the side about
@@ -71,6 +75,8 @@ impl Plan {
             most_patches: 1 << 20,
             most_points: 1 << 22,
             most_pinhole_patches: 4096,
+            errors: vec![0.05, 0.03, 0.02, 0.01, 0.005],
+            budgets: vec![5, 16, 33, 100],
             seconds: 0.15,
             reference_error: 0.015,
         }
@@ -85,6 +91,8 @@ impl Plan {
             most_patches: 4096,
             most_points: 1 << 16,
             most_pinhole_patches: 256,
+            errors: vec![0.05, 0.01],
+            budgets: vec![5, 33],
             seconds: 0.1,
             reference_error: 0.005,
         }
@@ -113,6 +121,23 @@ impl Plan {
             let coarse = (f64::from(texels) * scale).round().max(1.0) as u32;
             coarse * (side / smallest)
         })
+    }
+
+    /// What to ask for on a curve.
+    fn aims(&self, curve: &Curve, side: u32, texels: [u32; 2]) -> Vec<Aim> {
+        match curve.varied {
+            Varied::Samples => {
+                let ladder = self.ladder(curve.settings.method, side, texels);
+                ladder.into_iter().map(Aim::Samples).collect()
+            }
+            Varied::Error => self.errors.iter().copied().map(Aim::Error).collect(),
+            Varied::Budget => self
+                .budgets
+                .iter()
+                .copied()
+                .map(Aim::Milliseconds)
+                .collect(),
+        }
     }
 
     /// Samples to ask a method for.
@@ -147,14 +172,23 @@ pub struct Step<'a> {
     pub fraction: f64,
     /// What is about to be measured.
     pub curve: &'a str,
-    pub samples: u32,
+    pub aim: Aim,
     pub texels: [u32; 2],
 }
 
-/// A method with everything set but its samples.
+/// What the settings of a curve differ in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Varied {
+    Samples,
+    Error,
+    Budget,
+}
+
+/// A method with everything set but what is varied.
 struct Curve {
     label: &'static str,
     settings: Settings,
+    varied: Varied,
     /// Why more samples may not bring it below [`GOOD`].
     floor: &'static str,
     /// Frames that take longer end the curve, s.
@@ -168,7 +202,8 @@ struct Curve {
 }
 
 struct Slow {
-    samples: u32,
+    /// [`Aim::work`]
+    work: f64,
     texels: u64,
     /// Of a frame, s.
     time: f64,
@@ -181,6 +216,7 @@ fn curves(method: Method) -> Vec<Curve> {
             method,
             ..Settings::default()
         },
+        varied: Varied::Samples,
         floor,
         slow_frame: SLOW,
         slow_to_equal: SLOW,
@@ -188,11 +224,24 @@ fn curves(method: Method) -> Vec<Curve> {
         slow: Vec::new(),
     };
     match method {
-        Method::Footprint => vec![curve(
-            "footprint",
-            "under lights wider than a texel no footprint is narrower than that, so edges are blurred by \
-             as much; then the mesh is too coarse",
-        )],
+        Method::Footprint => {
+            let floor = "under lights wider than a texel no footprint is narrower than that, so edges are blurred by as \
+                         much; then the mesh is too coarse";
+            let varied = |label, varied, floor| Curve {
+                varied,
+                main_only: true,
+                ..curve(label, floor)
+            };
+            vec![
+                curve("footprint", floor),
+                varied("footprint, --error", Varied::Error, floor),
+                varied(
+                    "footprint, --budget-ms",
+                    Varied::Budget,
+                    "longer frames are not asked for",
+                ),
+            ]
+        }
         Method::Points => vec![Curve {
             slow_to_equal: SLOW_POINTS,
             ..curve(
@@ -266,9 +315,9 @@ impl Curve {
     }
 
     /// Whether a setting at most as fine had slower frames than `limit`, s.
-    fn is_too_slow(&self, samples: u32, texels: u64, limit: f64) -> bool {
+    fn is_too_slow(&self, aim: Aim, texels: u64, limit: f64) -> bool {
         (self.slow.iter())
-            .any(|slow| samples >= slow.samples && texels >= slow.texels && slow.time > limit)
+            .any(|slow| aim.work() >= slow.work && texels >= slow.texels && slow.time > limit)
     }
 }
 
@@ -307,13 +356,13 @@ pub fn sweep(
         left_out.extend(nothing.then_some(curve.label));
         !nothing
     });
-    let settings = |plan: &Plan, curves: &[Curve], side| -> Vec<(usize, u32)> {
+    let settings = |plan: &Plan, curves: &[Curve], side| -> Vec<(usize, Aim)> {
         let texels = plan.texels(scene, receiver, side);
         (curves.iter().enumerate())
             .filter(|(_, curve)| side == plan.main_side || !curve.main_only)
             .flat_map(|(index, curve)| {
-                let ladder = plan.ladder(curve.settings.method, side, texels);
-                ladder.into_iter().map(move |samples| (index, samples))
+                let ladder = plan.aims(curve, side, texels);
+                ladder.into_iter().map(move |aim| (index, aim))
             })
             .collect()
     };
@@ -327,24 +376,21 @@ pub fn sweep(
         let truth = Truth::new(reference, texels);
         let scene = with_light_map(scene, receiver, texels);
         let mut measured: Vec<Vec<Measured>> = curves.iter().map(|_| Vec::new()).collect();
-        for (index, samples) in settings(plan, &curves, side) {
+        for (index, aim) in settings(plan, &curves, side) {
             let curve = &mut curves[index];
             progress(&Step {
                 fraction: done as f64 / total as f64,
                 curve: curve.label,
-                samples,
+                aim,
                 texels,
             });
             done += 1;
             let area = u64::from(texels[0]) * u64::from(texels[1]);
             let last = measured[index].last().map(|last| &last.point);
-            if curve.is_too_slow(samples, area, curve.limit(is_main, last)) {
+            if curve.is_too_slow(aim, area, curve.limit(is_main, last)) {
                 continue;
             }
-            let settings = Settings {
-                samples,
-                ..curve.settings.clone()
-            };
+            let settings = aim.apply(&curve.settings);
             let mut renderer = Renderer::new(context, &scene, &settings)?;
             let too_many = 4 * plan.most_pinhole_patches;
             if settings.method == Method::Pinhole && renderer.samples()? > too_many {
@@ -352,8 +398,13 @@ pub fn sweep(
                 continue;
             }
             let made = renderer.samples()?;
-            if made > samples && last.is_some_and(|last| last.samples == u64::from(made)) {
+            if matches!(aim, Aim::Samples(asked) if made > asked)
+                && last.is_some_and(|last| last.samples == u64::from(made))
+            {
                 // There is at least one patch a triangle, however few are asked for.
+                continue;
+            }
+            if !aim.settle(&mut renderer)? {
                 continue;
             }
             let before = last.map(|last| last.wall.median);
@@ -361,13 +412,23 @@ pub fn sweep(
             let time = timing.wall.median;
             if time > curve.slow_frame {
                 curve.slow.push(Slow {
-                    samples,
+                    work: aim.work(),
                     texels: area,
                     time,
                 });
             }
             let map = renderer.read_caustic(receiver)?;
-            let point = truth.judge(&map, &settings, renderer.samples()?, timing)?;
+            let estimated = match aim {
+                Aim::Samples(_) => None,
+                _ => renderer.estimated_error()?,
+            };
+            let point = truth.judge(
+                &map,
+                &settings,
+                (aim, estimated),
+                renderer.samples()?,
+                timing,
+            )?;
             measured[index].push(Measured {
                 point,
                 thumbnail: thumbnail(&map),
@@ -462,6 +523,7 @@ impl Truth {
         &self,
         map: &RgbImage,
         settings: &Settings,
+        (aim, estimated): (Aim, Option<f32>),
         samples: u32,
         timing: Timing,
     ) -> Result<Point> {
@@ -481,7 +543,13 @@ impl Truth {
                     settings.epsilon,
                     if settings.filter { "on" } else { "off" }
                 ),
-                _ => format!("{} asked for", settings.samples),
+                _ => match estimated {
+                    None => format!("{aim} asked for"),
+                    Some(error) => format!(
+                        "{aim} asked for, error {} % estimated",
+                        figure(100.0 * f64::from(error))
+                    ),
+                },
             },
             l1,
             l2: comparison.l2.expect(lit),
@@ -575,6 +643,7 @@ fn strips(curves: &[Curve], measured: &[Vec<Measured>], truth: &Truth) -> Vec<St
         .filter_map(|seconds| {
             let distance = |m: &Measured| (m.point.wall.median / seconds).ln().abs();
             let nearest: Vec<(&Curve, &Measured)> = (curves.iter().zip(measured))
+                .filter(|(curve, _)| curve.varied == Varied::Samples)
                 .filter_map(|(curve, measured)| {
                     let nearest =
                         (measured.iter()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
@@ -770,13 +839,15 @@ mod tests {
     fn finer_than_slow_is_too_slow() {
         let mut curve = curves(Method::Points).remove(0);
         curve.slow.push(Slow {
-            samples: 1000,
+            work: 1000.0,
             texels: 64,
             time: 2.0,
         });
-        assert!(curve.is_too_slow(1000, 64, 1.0) && curve.is_too_slow(4000, 256, 1.0));
-        assert!(!curve.is_too_slow(999, 256, 1.0) && !curve.is_too_slow(4000, 63, 1.0));
-        assert!(!curve.is_too_slow(1000, 64, 4.0));
+        let is_too_slow =
+            |samples, texels, limit| curve.is_too_slow(Aim::Samples(samples), texels, limit);
+        assert!(is_too_slow(1000, 64, 1.0) && is_too_slow(4000, 256, 1.0));
+        assert!(!is_too_slow(999, 256, 1.0) && !is_too_slow(4000, 63, 1.0));
+        assert!(!is_too_slow(1000, 64, 4.0));
     }
 
     #[test]
