@@ -41,8 +41,8 @@ const uint MESH_FOOTPRINT_SLOTS = 32;
 const float SHARPEST = 7.0;
 
 // Level k of patch shares is FIRST_SHARE / 2^k.
-const uint SHARE_LEVELS = 12;
-const float FIRST_SHARE = 0.001953125;
+const uint SHARE_LEVELS = 14;
+const float FIRST_SHARE = 0.0078125;
 // Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
 const float MAX_TRIANGLES_PER_PATCH = 24.0;
 // `TriangleSplat.upper` of a splat that is drawn as the triangle around it, not as a rectangle.

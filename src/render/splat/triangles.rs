@@ -83,7 +83,7 @@ impl Aim {
         };
         let patch_budget = match settings.error {
             _ if division > 0 => pairs.saturating_mul(division * division),
-            // Even the coarsest level takes up to 870 patches for each receiver. Shaders may round differently.
+            // Even the coarsest level takes up to some hundreds of patches for each receiver. Shaders may round differently.
             Some(_) => budget.max(1024 * receivers) / 16 * 17,
             // By Minkowski's inequality, since no facet has more than (sqrt(flux / share) + 1)^2 patches.
             None => {
