@@ -249,6 +249,8 @@ fn plan() -> Plan {
         most_patches: 1 << 16,
         most_points: 1 << 16,
         most_pinhole_patches: 256,
+        errors: vec![0.02],
+        budgets: vec![1000],
         seconds: 0.0,
         reference_error: 0.003,
     }
