@@ -4,7 +4,8 @@
 
 mod common;
 
-use approx::assert_relative_eq;
+use approx::relative_eq;
+use assert_cmd::assert::Assert;
 use common::{
     Device, assert_error, brighter, image, l1, load, moved, nephroid, only_receiver, options,
     scene_path, solve,
@@ -14,6 +15,7 @@ use nephroid::render::{MAX_PATCHES, Settings};
 use nephroid::scene::Scene;
 use predicates::prelude::*;
 use predicates::str::contains;
+use std::path::Path;
 use std::time::Duration;
 
 const TEXELS: [u32; 2] = [128, 128];
@@ -128,21 +130,20 @@ fn a_budget_decides_the_error() {
     };
     let (coarse, is_met) = estimates(0, 6);
     assert!(
-        is_met && coarse.iter().all(|&error| error == coarse[0]),
+        is_met && coarse[1] >= coarse[0] && coarse[1..].iter().all(|&error| error == coarse[1]),
         "{coarse:?}"
     );
-    let (finer, is_met) = estimates(1_000_000, 6);
+    let (finer, is_met) = estimates(1_000_000, 7);
     assert!(!is_met && finer[0] == coarse[0], "{finer:?}");
-    for pair in finer[..4].windows(2) {
-        assert_relative_eq!(pair[0] / pair[1], 1.5, max_relative = 1e-3);
-    }
-    // Here the buffers are full, and grow.
+    let steps: Vec<f32> = finer.windows(2).map(|pair| pair[0] / pair[1]).collect();
+    // Where the buffers are full, the step is smaller; then they grow.
+    let full: Vec<f32> = (steps.iter().copied())
+        .filter(|step| !relative_eq!(*step, 1.5, max_relative = 1e-3))
+        .collect();
     assert!(
-        (finer[3] / 1.49..finer[3] / 1.2).contains(&finer[4]),
+        full.len() == 1 && (1.2..1.49).contains(&full[0]) && steps[5] != full[0],
         "{finer:?}"
     );
-    let next = finer[5] / finer[4];
-    assert_relative_eq!(next, 1.0 / 1.5, max_relative = 1e-3);
 }
 
 /// An error that is set later gives the same bits as one that is set at first.
@@ -162,16 +163,19 @@ fn the_error_can_change() {
     assert!(after != before && after == fixed.read_caustic(floor).unwrap().pixels);
 }
 
+/// The command `bake` with these options.
+fn bake_mirror(options: &[&str], output: &Path) -> Assert {
+    let mut bake = nephroid();
+    bake.arg("bake").arg(scene_path("mirror.toml"));
+    bake.args(["--lightmap", "32"]).args(options);
+    bake.arg("-o").arg(output).assert()
+}
+
 #[test]
 fn budgets_on_the_command_line() {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("a.exr");
-    let bake = |arguments: &[&str]| {
-        let mut bake = nephroid();
-        bake.arg("bake").arg(scene_path("mirror.toml"));
-        bake.args(["--lightmap", "32"]).args(arguments);
-        bake.arg("-o").arg(&output).assert()
-    };
+    let bake = |arguments: &[&str]| bake_mirror(arguments, &output);
     for budget in ["0", "-5", "nan", "1e-9", "inf", "five"] {
         bake(&[&format!("--budget-ms={budget}")])
             .code(2)
@@ -197,13 +201,7 @@ fn budgets_on_the_command_line() {
 fn impossible_targets_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("a.exr");
-    let bake = |arguments: &[&str]| {
-        let mut bake = nephroid();
-        bake.arg("bake")
-            .arg(scene_path("mirror.toml"))
-            .args(["--lightmap", "32"]);
-        bake.args(arguments).arg("-o").arg(&output).assert()
-    };
+    let bake = |arguments: &[&str]| bake_mirror(arguments, &output);
     for target in ["0", "-0.01", "nan", "1e-9", "2", "two"] {
         bake(&[&format!("--error={target}")])
             .code(2)

@@ -11,7 +11,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
-use nephroid::render::{Area, FrameBudget, Method, Renderer, Settings};
+use nephroid::render::{Area, Method, Renderer, Settings};
 use nephroid::scene::{Animation, Scene};
 use nephroid::{Error, Result};
 use serde::Serialize;
@@ -22,8 +22,6 @@ use std::time::{Duration, Instant};
 /// Frames that `--profile` times, and those before that it does not.
 const FRAMES: usize = 50;
 const WARM_UP: usize = 5;
-/// Frames before the first one, at most, in which a time is approached.
-const SETTLING: usize = 20;
 /// Relative L1 error that `footprint` aims for.
 const DEFAULT_ERROR: f32 = 0.02;
 
@@ -41,8 +39,8 @@ pub struct GpuOptions {
     /// --samples]
     #[arg(long, conflicts_with = "samples", value_parser = relative_error)]
     error: Option<f32>,
-    /// footprint: time that the caustic of a frame may take, update included, in ms. The error to aim for is chosen for
-    /// every frame. The frame before the first one is repeated until the time is held
+    /// footprint: time that the update and the caustic of a frame may take, in ms. The error to aim for is chosen anew for
+    /// every frame. The first frame is repeated, at most 20 times, until the budget is met
     #[arg(long, value_name = "MS", conflicts_with_all = ["samples", "error"], value_parser = budget)]
     budget_ms: Option<Duration>,
     /// Size of the light maps in texels: the width, with the height in the scene file's proportion, or
@@ -172,18 +170,6 @@ impl Session {
     fn show(&mut self, time: f64) -> Result<()> {
         self.scene = scene_at(&self.animation, time, self.lightmap);
         self.renderer.update(&self.scene)
-    }
-
-    /// Renders the caustic until its time is within the budget, or cannot be.
-    fn settle(&mut self) -> Result<()> {
-        for _ in 0..SETTLING {
-            if self.renderer.budget().is_none_or(FrameBudget::is_met) {
-                return Ok(());
-            }
-            self.renderer.update(&self.scene)?;
-            self.renderer.caustic()?;
-        }
-        Ok(())
     }
 
     /// Gives the device back.
@@ -383,7 +369,7 @@ impl GpuOptions {
     ) -> Result<Report> {
         session.renderer.watch(Some(watcher(false)));
         if job.has_caustic() {
-            session.settle()?;
+            session.renderer.settle()?;
         }
         let mut profiles = Vec::new();
         let mut submissions = Submissions::default();
@@ -447,7 +433,7 @@ impl GpuOptions {
         // The first frame pays for what drivers put off, so it is not the one that is timed.
         job.render(&mut session.renderer, &session.scene)?;
         if job.has_caustic() {
-            session.settle()?;
+            session.renderer.settle()?;
         }
         let (renderer, scene) = (&mut session.renderer, &session.scene);
         let frame = |renderer: &mut Renderer| {

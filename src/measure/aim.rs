@@ -1,12 +1,9 @@
 //! What a measured setting asks of the renderer: samples, an error, or a time.
 
 use crate::error::Result;
-use crate::render::{FrameBudget, Renderer, Settings};
+use crate::render::{Renderer, Settings};
 use std::fmt::{self, Display, Formatter};
 use std::time::Duration;
-
-/// Frames in which a time is approached, at most.
-const SETTLING: usize = 20;
 
 /// What a setting asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +37,7 @@ impl Aim {
         }
     }
 
-    /// Renders until frames take the time that is asked for. Returns whether the renderer can aim for this at all.
+    /// Renders until the budget is met, if there is one. Returns whether the renderer can aim for this at all.
     ///
     /// # Errors
     /// As [`Renderer::caustic`].
@@ -49,13 +46,7 @@ impl Aim {
             return Ok(true);
         }
         renderer.caustic()?;
-        for _ in 0..SETTLING {
-            if renderer.budget().is_none_or(FrameBudget::is_met) {
-                break;
-            }
-            renderer.invalidate();
-            renderer.caustic()?;
-        }
+        renderer.settle()?;
         Ok(renderer.estimated_error()?.is_some())
     }
 }

@@ -4,9 +4,12 @@ use crate::error::{Error, Result};
 use crate::gpu::Image;
 use crate::image_file::RgbImage;
 use crate::render::view::camera::Shade;
-use crate::render::{MAX_PATCHES, Renderer, frame, stages};
+use crate::render::{FrameBudget, MAX_PATCHES, Renderer, frame};
 use crate::scene::Camera;
 use std::time::{Duration, Instant};
+
+/// Frames in which a budget is approached, at most.
+const SETTLING: usize = 20;
 
 impl Renderer {
     /// Begins a blocking frame.
@@ -60,19 +63,32 @@ impl Renderer {
         {
             budget.add(time, error);
             self.grows = can_grow && budget.has_time_for_more();
-            // A still scene is rendered until it takes the time.
-            self.is_current = budget.is_met() && !self.grows;
-            let next = budget.error();
-            self.settings.error = Some(next);
-            self.caustic.set_error(next);
+            let (error, is_met) = (budget.error(), budget.is_met());
+            self.set_error(error);
+            // A still scene is rendered again until the budget is met.
+            self.is_current = is_met && !self.grows;
         }
     }
 
-    /// Makes room for more patches.
+    /// Renders the caustic until [`super::Settings::budget`] is met or cannot be met, in at most 20 frames. Without a budget,
+    /// nothing is rendered.
+    ///
+    /// # Errors
+    /// As [`Renderer::caustic`].
+    pub fn settle(&mut self) -> Result<()> {
+        for _ in 0..SETTLING {
+            if self.budget.as_ref().is_none_or(FrameBudget::is_met) {
+                break;
+            }
+            self.caustic()?;
+        }
+        Ok(())
+    }
+
+    /// Binds the stages to buffers for four times as many patches.
     fn grow(&mut self) -> Result<()> {
         self.scene.patch_budget *= 4;
-        let (context, light_map) = (&self.context, &self.light_map);
-        self.caustic = stages::caustic(context, &mut self.scene, light_map, &self.settings)?;
+        self.caustic = self.bind_stages()?;
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! Dispatch tiling: images are computed in rectangles of workgroups, so that no submission runs long.
 
+use crate::render::gpu_types::constants::SPLAT_GROUP;
 use glam::UVec2;
 use std::ops::Range;
 
@@ -7,6 +8,9 @@ use std::ops::Range;
 const GROUP: u32 = 8;
 /// Rays in a first submission, before the speed of the device is known: 20 ms on two CPU cores.
 const FIRST_RAYS: u64 = 1 << 17;
+
+/// Largest number of workgroups along an axis that every device supports.
+const MAX_GROUPS: u32 = 65_535;
 
 /// A rectangle of pixels or texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +49,13 @@ impl GroupRect {
         let [x, y, z] = self.groups;
         [GROUP * x, GROUP * y, z]
     }
+}
+
+/// Threads of a dispatch over `units`, in as many rows of workgroups as the device needs.
+pub fn threads(units: u32) -> [u32; 3] {
+    let groups = units.div_ceil(SPLAT_GROUP);
+    let columns = groups.min(MAX_GROUPS);
+    [columns * SPLAT_GROUP, groups.div_ceil(columns.max(1)), 1]
 }
 
 /// Number of workgroups that cover `size` pixels.

@@ -168,7 +168,8 @@ impl Renderer {
             true => self.record_direct(true),
             false => Ok(()),
         });
-        self.recorder.end_host().and(recorded)?;
+        // What the host must not submit leaves the light maps as they were.
+        (self.recorder.end_host().and(recorded)).inspect_err(|_| self.is_current = false)?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
         Ok(Output {
             light_map: MapImage::of(&self.light_map),
@@ -205,13 +206,7 @@ impl Renderer {
         let change = self.scene.update(&self.context, scene)?;
         self.is_current = was_current && change == Change::Nothing;
         if change == Change::Stages {
-            let made = stages::caustic(
-                &self.context,
-                &mut self.scene,
-                &self.light_map,
-                &self.settings,
-            );
-            let stages = made.inspect_err(|_| {
+            let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
                 self.scene.casters.patch_capacity = capacity;
                 self.scene.casters.clear();
@@ -311,6 +306,12 @@ impl Renderer {
         self.recorder.watch(watcher);
     }
 
+    /// The stages, bound to the buffers of the scene as it is.
+    fn bind_stages(&mut self) -> Result<Caustic> {
+        let (context, light_map) = (&self.context, &self.light_map);
+        stages::caustic(context, &mut self.scene, light_map, &self.settings)
+    }
+
     fn record_caustic(&mut self) -> Result<()> {
         frame::upload(&mut self.recorder, &mut self.scene)?;
         if self.is_current {
@@ -350,7 +351,7 @@ impl Renderer {
         }
     }
 
-    /// What holds [`Settings::budget`].
+    /// The state of [`Settings::budget`]; `None` without one, or where no suns or lamps light a flat receiver.
     pub fn budget(&self) -> Option<&FrameBudget> {
         self.budget.as_ref()
     }

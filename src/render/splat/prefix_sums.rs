@@ -3,12 +3,10 @@
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
+use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::SPLAT_GROUP;
 use crate::render::gpu_types::{NumberPush, ScanPush};
 use std::sync::Arc;
-
-/// Largest number of workgroups along an axis that every device supports.
-const MAX_GROUPS: u32 = 65_535;
 
 /// Prefix sums in two steps.
 pub struct PrefixSums {
@@ -58,11 +56,4 @@ impl PrefixSums {
         };
         recorder.dispatch(&self.scan, &push, [1, 1, 1]);
     }
-}
-
-/// Threads in as many rows of workgroups as the device needs.
-pub fn threads(units: u32) -> [u32; 3] {
-    let groups = units.div_ceil(SPLAT_GROUP);
-    let columns = groups.min(MAX_GROUPS);
-    [columns * SPLAT_GROUP, groups.div_ceil(columns.max(1)), 1]
 }

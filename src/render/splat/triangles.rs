@@ -6,6 +6,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
 use crate::render::device_scene::DeviceScene;
+use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::{
     MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH, SHARE_LEVELS, SPLAT_GROUP,
 };
@@ -14,7 +15,7 @@ use crate::render::gpu_types::{
 };
 use crate::render::lights::LightGroup;
 use crate::render::settings::{Method, Settings};
-use crate::render::splat::prefix_sums::{PrefixSums, threads};
+use crate::render::splat::prefix_sums::PrefixSums;
 use crate::render::splat::resolve::Levels;
 use glam::Vec2;
 use std::sync::Arc;
