@@ -38,14 +38,16 @@ void main() {
         float budget = float(push.patch_budget) / float(push.receiver_count);
         float finest = 0.0;
         while (finest < float(SHARE_LEVELS - 1) && sums[uint(finest) + 1].w <= budget) finest += 1.0;
+        // What finer patches do not change leaves them at least half of the error.
+        float aim = max(push.error, fixed_error(sums[0].z) + 0.5 * push.error);
         chosen = 0.0;
-        while (chosen < finest && error_at(chosen) > push.error) chosen += 1.0;
-        is_limited = error_at(chosen) > push.error && finest < float(SHARE_LEVELS - 1);
+        while (chosen < finest && error_at(chosen) > aim) chosen += 1.0;
+        is_limited = error_at(chosen) > aim && finest < float(SHARE_LEVELS - 1);
         // Between this level and the one before.
-        if (chosen > 0.0 && error_at(chosen) <= push.error) {
+        if (chosen > 0.0 && error_at(chosen) <= aim) {
             float before = log2(error_at(chosen - 1.0));
             float here = log2(error_at(chosen));
-            chosen -= clamp((log2(push.error) - here) / max(before - here, 1e-6), 0.0, 1.0);
+            chosen -= clamp((log2(aim) - here) / max(before - here, 1e-6), 0.0, 1.0);
         }
     }
     ReceiverShare share = shares[receiver];

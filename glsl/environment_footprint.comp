@@ -117,9 +117,7 @@ uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, 
     // A footprint that spreads mainly over directions is wide: d^T conic d <= s^2 is its ellipse.
     vec2 texel_u = vec2(length(receiver.edge_u) / float(receiver.width), length(receiver.edge_v) / float(receiver.height));
     vec2 bulge = texel_u * texel_u / (mean_distance * mean_distance * scale * scale);
-    vec2 slant = vec2(
-        dot(r, receiver.edge_u) / float(receiver.width),
-        -dot(r, receiver.edge_v) / float(receiver.height)) / (mean_distance * scale);
+    vec2 slant = slant_of(receiver, r, mean_distance) / scale;
     bool is_wide = !folded && !is_small && dot(abs(slant) + sqrt(bulge), half_size) > MAX_PLANAR_ANGLE;
     if (is_wide) {
         vec3 q = conic - vec3(bulge.x, 0.0, bulge.y);

@@ -48,11 +48,11 @@ void main() {
             float deviation = first.x / (parts * parts);
             float longest = first.y / parts;
             float height = second.x / parts;
-            float blur = max(second.y, 1e-3);
+            float blur = max(abs(second.y), 1e-3);
             float of_patch = share / (parts * parts);
             float n = image_division(of_patch, deviation, height, blur, patch_share);
             sum.x += parts * parts * image_error(of_patch, deviation, longest, blur, n);
-            sum.z += profile_error(share, blur);
+            sum.z += profile_error(share, second.x, blur, second.y < 0.0);
             sum.w += parts * parts - 1.0;
             if (push.can_occlude != 0 && is_mixed(pair, receiver)) {
                 // The edge of a shadow crosses about so many patches.

@@ -46,7 +46,7 @@ bool lights_receiver(Surface surface, Cell cell, CellRays rays, Light light, Pla
     if (!image.is_whole) deviation = 0.0;
     const float LARGEST = 6e4;
     found.deviation_longest = packHalf2x16(min(vec2(deviation, longest), LARGEST));
-    found.height_blur = packHalf2x16(min(vec2(height, blur), LARGEST));
+    found.height_blur = packHalf2x16(min(vec2(height, is_flat(surface) ? -blur : blur), LARGEST));
     return true;
 }
 

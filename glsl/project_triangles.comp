@@ -86,10 +86,18 @@ vec2 place_on(SplatLevel level, vec2 texel) {
     return vec2(level.tile.origin) + (texel - level.origin) * level.scale;
 }
 
-// The texels of `level` whose centres are between `low` and `high`. Returns whether there are any.
-bool set_bounds(inout TriangleSplat splat, SplatLevel level, vec2 low, vec2 high) {
+// The texels of `level` whose centres are between `low` and `high`, which have no perspective yet. Returns whether there are
+// any.
+bool set_bounds(inout TriangleSplat splat, SplatLevel level, vec2 centre, vec2 low, vec2 high) {
     vec2 tile_low, tile_high;
     level_bounds(level.tile, level.level, tile_low, tile_high);
+    if (splat.slant != vec2(0.0)) {
+        low -= centre;
+        high -= centre;
+        add_perspective(splat.slant, vec4(tile_low - centre, tile_high - centre), low, high);
+        low += centre;
+        high += centre;
+    }
     splat.lower = floor(clamp(low + 0.5, tile_low, tile_high));
     splat.upper = ceil(clamp(high - 0.5, tile_low, tile_high));
     return all(lessThan(splat.lower, splat.upper));
@@ -173,7 +181,9 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     kernel = rescaled(kernel, target.variance, target.scale);
     centre = place_on(target, centre);
     vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
-    if (!set_bounds(splat, target, centre - half_size, centre + half_size) || !(kernel.determinant > 0.0)) return false;
+    splat.slant = image.slant / target.scale;
+    if (!set_bounds(splat, target, centre, centre - half_size, centre + half_size) || !(kernel.determinant > 0.0)) return false;
+    splat.origin = centre;
     vec3 conic = conic_of(kernel);
     float peak = peak_of(kernel);
     vec2 first = floor(centre - half_size) + 0.5;
@@ -189,7 +199,7 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     }
     splat.to_box = vec4(conic, kernel.profile.flatness);
     splat.corners01 = vec4(0.0);
-    splat.corner2 = centre - splat.lower;
+    splat.corner2 = vec2(0.0);
     splat.density12 = vec2(0.0);
     splat.density0 = IS_KERNEL;
     return true;
@@ -214,18 +224,21 @@ bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver
     SplatLevel target = splat_level(receiver, image.blur);
     level = target.level;
     mat2 blur = blur_box((image.blur - target.variance * vec3(1.0, 0.0, 1.0)) * (target.scale * target.scale));
+    vec2 centre = place_on(target, image.midpoints[1]);
+    splat.slant = image.slant / target.scale;
     vec2 corners[3];
-    for (int i = 0; i < 3; i++) corners[i] = place_on(target, image.corners[i]);
+    for (int i = 0; i < 3; i++) corners[i] = centre + without_perspective(splat.slant, place_on(target, image.corners[i]) - centre);
     // With a margin for widen().
     vec2 beyond = 0.5 * (abs(blur[0]) + abs(blur[1])) * (1.0 + 2.0 * MIN_THICKNESS);
-    if (!set_bounds(splat, target, min(min(corners[0], corners[1]), corners[2]) - beyond,
+    if (!set_bounds(splat, target, centre, min(min(corners[0], corners[1]), corners[2]) - beyond,
         max(max(corners[0], corners[1]), corners[2]) + beyond)) return false;
+    splat.origin = splat.slant == vec2(0.0) ? splat.lower : centre;
     vec3 density = densities(image, elements, height);
     mat2 to_box = inverse(blur);
     vec2 q[3];
-    for (int i = 0; i < 3; i++) q[i] = to_box * (corners[i] - splat.lower);
+    for (int i = 0; i < 3; i++) q[i] = to_box * (corners[i] - splat.origin);
     widen(q, density);
-    if (is_small_around(q, blur, splat, target)) splat.upper = vec2(AS_TRIANGLE);
+    if (splat.slant == vec2(0.0) && is_small_around(q, blur, splat, target)) splat.upper = vec2(AS_TRIANGLE);
     float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]);
     splat.to_box = vec4(to_box[0], to_box[1]);
     splat.corners01 = vec4(q[0], q[1]);

@@ -10,7 +10,7 @@ layout(location = 0) in flat vec4 to_box;
 layout(location = 1) in flat vec4 corners01;
 layout(location = 2) in flat vec4 corner2_density12;
 layout(location = 3) in flat vec4 irradiance_density0;
-layout(location = 4) in flat vec2 origin;
+layout(location = 4) in flat vec4 origin_slant;
 layout(location = 0) out vec4 result;
 
 // The integral over y from 0 to 1 of x, clamped to 0 to 1, along the side from a to b; negative where the side runs
@@ -51,9 +51,10 @@ float triangle_value(vec2 at) {
 }
 
 void main() {
-    vec2 at = gl_FragCoord.xy - origin;
-    float value = irradiance_density0.w == IS_KERNEL
-        ? kernel_value(to_box.w, quadratic2(to_box.xyz, at - corner2_density12.xy))
-        : triangle_value(at);
-    result = vec4(irradiance_density0.xyz * value, 0.0);
+    vec2 at = gl_FragCoord.xy - origin_slant.xy;
+    // Without perspective, and the change of areas by that.
+    float scale = 1.0 / max(1.0 + dot(origin_slant.zw, at), 1e-3);
+    at *= scale;
+    float value = irradiance_density0.w == IS_KERNEL ? kernel_value(to_box.w, quadratic2(to_box.xyz, at)) : triangle_value(at);
+    result = vec4(irradiance_density0.xyz * (value * scale * scale * scale), 0.0);
 }

@@ -11,7 +11,7 @@ layout(location = 0) out flat vec4 to_box;
 layout(location = 1) out flat vec4 corners01;
 layout(location = 2) out flat vec4 corner2_density12;
 layout(location = 3) out flat vec4 irradiance_density0;
-layout(location = 4) out flat vec2 origin;
+layout(location = 4) out flat vec4 origin_slant;
 
 void main() {
     TriangleSplat splat = triangle_splats[gl_VertexIndex / 4];
@@ -19,7 +19,7 @@ void main() {
     corners01 = splat.corners01;
     corner2_density12 = vec4(splat.corner2, splat.density12);
     irradiance_density0 = vec4(splat.irradiance, splat.density0);
-    origin = splat.lower;
+    origin_slant = vec4(splat.origin, splat.slant);
     vec2 at = quad_corner(splat.lower, splat.upper);
     if (splat.upper.x == AS_TRIANGLE) {
         vec2 q[3] = vec2[](splat.corners01.xy, splat.corners01.zw, splat.corner2);

@@ -14,6 +14,7 @@ struct CellImage {
     vec3 density;      // cosine times the share of the light at the corners
     mat2 of_light;     // root of the covariance of the light's disc, texels
     vec3 blur;         // covariance of that disc and a texel, texels^2
+    vec2 slant;        // at midpoint 12, see slant_of(); 0 where perspective does not show
     bool is_whole;     // whether all of these points send light to the receiver's front
     bool is_lit;       // whether some of them do, and all corners send light
 };
@@ -49,6 +50,52 @@ CellRays rays_of(Surface surface, Cell cell, Light light, float eta) {
     return rays;
 }
 
+// Standard deviation of the disc's perspective, 1 / (1 - slant.d), above which its image is not an ellipse: that of the
+// sun is 0.01 where its light descends by 13 degrees.
+const float LEAST_PERSPECTIVE = 0.01;
+// The same of an image over that of the disc, and over a texel, below which perspective is that of the disc. The corners of a
+// longer image have the perspective themselves, and a texel has none.
+const float LARGEST_IMAGE = 2.0;
+const float LARGEST_SLANT = 0.25;
+
+// Whether perspective shapes the image of the disc: where light nearly grazes the plane, the far side is longer.
+bool has_perspective(CellImage image) {
+    float deviation = length(image.slant * image.of_light);
+    float longest = 0.0;
+    for (int i = 0; i < 3; i++) longest = max(longest, abs(dot(image.slant, image.corners[i] - image.midpoints[1])));
+    return deviation > LEAST_PERSPECTIVE && longest < min(LARGEST_IMAGE * deviation, 0.5) && length(image.slant) < LARGEST_SLANT;
+}
+
+// Where the place d, relative to midpoint 12, would be without perspective.
+vec2 without_perspective(vec2 slant, vec2 d) {
+    return d / (1.0 + dot(slant, d));
+}
+
+// Adds perspective to the rectangle from `low` to `high`, relative to midpoint 12. Where some of its rays never meet the plane,
+// it becomes the whole of `tile`, or empty if the others miss that. Both sizes and `tile`, low and high, are relative to
+// midpoint 12, too.
+void add_perspective(vec2 slant, vec4 tile, inout vec2 low, inout vec2 high) {
+    vec2 nearest = mix(high, low, greaterThan(slant, vec2(0.0)));
+    vec2 farthest = mix(low, high, greaterThan(slant, vec2(0.0)));
+    float most = dot(slant, farthest);
+    if (most > 0.9) {
+        float least = dot(slant, nearest);
+        vec2 last = mix(tile.xy, tile.zw, greaterThan(slant, vec2(0.0)));
+        bool is_missed = dot(slant, last) < least / (1.0 - least);
+        low = is_missed ? vec2(1e9) : tile.xy;
+        high = is_missed ? vec2(1e9) : tile.zw;
+        return;
+    }
+    vec2 corners[4] = vec2[](low, vec2(high.x, low.y), high, vec2(low.x, high.y));
+    low = vec2(1e9);
+    high = vec2(-1e9);
+    for (int i = 0; i < 4; i++) {
+        vec2 corner = corners[i] / (1.0 - dot(slant, corners[i]));
+        low = min(low, corner);
+        high = max(high, corner);
+    }
+}
+
 CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver) {
     CellImage image;
     bool some = false;
@@ -76,9 +123,11 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
         if (i == 1) {
             image.of_light = mat2(landing_change(receiver, middle.direction, middle_landing.distance_ * rays.change1),
                 landing_change(receiver, middle.direction, middle_landing.distance_ * rays.change2));
+            image.slant = slant_of(receiver, middle.direction, middle_landing.distance_);
         }
     }
     if (BEAMS) image.of_light = mat2(0.0);
+    if (!has_perspective(image)) image.slant = vec2(0.0);
     image.blur = covariance_of(image.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
     // The mean over the midpoints is exact for quadratic functions. Where only a part of the cell sends light, the
     // corners count too.
@@ -138,13 +187,22 @@ float blur_side(CellImage image) {
 
 // Whether no part of the image falls on the receiver's light map.
 bool misses(CellImage image, PlanarReceiver receiver) {
-    vec2 low = min(min(image.corners[0], image.corners[1]), image.corners[2]);
-    vec2 high = max(max(image.corners[0], image.corners[1]), image.corners[2]);
+    vec2 centre = image.midpoints[1];
+    vec2 low = vec2(1e9);
+    vec2 high = vec2(-1e9);
+    for (int i = 0; i < 3; i++) {
+        vec2 corner = without_perspective(image.slant, image.corners[i] - centre);
+        low = min(low, corner);
+        high = max(high, corner);
+    }
     mat2 box = blur_box(image.blur);
     vec2 beyond = deviation_of(image) + 0.5 * (abs(box[0]) + abs(box[1]));
-    vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
+    low -= beyond;
+    high += beyond;
+    vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y) - centre;
     vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
-    return any(lessThan(high + beyond, tile_low)) || any(greaterThan(low - beyond, tile_high));
+    if (image.slant != vec2(0.0)) add_perspective(image.slant, vec4(tile_low, tile_high), low, high);
+    return any(lessThan(high, tile_low)) || any(greaterThan(low, tile_high));
 }
 
 // --- Clipping -------------------------------------------------------------------------------------------------------

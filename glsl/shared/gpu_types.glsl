@@ -231,7 +231,7 @@ struct FacetPatches {
 struct FacetImage {
     float flux;               // W
     uint deviation_longest;   // two halves: largest distance of a midpoint from the straight side; longest side; texels
-    uint height_blur;         // two halves: height over that side; side of the blur's square; texels
+    uint height_blur;         // two halves: height over that side; side of the blur's square, negative for flat facets; texels
 };
 
 // What a receiver's images are divided for.
@@ -248,12 +248,14 @@ struct ReceiverShare {
 struct TriangleSplat {
     vec4 to_box;     // matrix from texels to multiples of the parallelogram's sides, by columns; kernel: conic, flatness
     vec4 corners01;  // corners in these multiples, counter-clockwise: cross2 > 0
-    vec2 corner2;    // kernel: the centre, in texels
+    vec2 corner2;
     vec2 density12;  // relative irradiance at the second and third corner; the mean over the corners is 1
     vec3 irradiance; // W/m^2
     float density0;  // that at the first corner; IS_KERNEL: a kernel
     vec2 lower;      // bounds of the texels that the triangle may touch
     vec2 upper;      // AS_TRIANGLE: the bounds are the triangle in blurred_triangle.glsl
+    vec2 origin;     // of the corners and the conic, in texels
+    vec2 slant;      // perspective about the origin: see slant_of()
 };
 
 // The flux of one traced point over the area of the texel that it meets.

@@ -80,7 +80,7 @@ mirrors! {
     ReceiverShare { flux: f32, patch_share: f32, error: f32, is_limited: u32, }
     TriangleSplat {
         to_box: Vec4, corners01: Vec4, corner2: Vec2, density12: Vec2,
-        irradiance: Vec3, density0: f32, lower: Vec2, upper: Vec2,
+        irradiance: Vec3, density0: f32, lower: Vec2, upper: Vec2, origin: Vec2, slant: Vec2,
     }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
