@@ -8,8 +8,10 @@ use common::{Device, assert_error, brighter, nephroid, refuses, shifted_by_a_tex
 use glam::DVec3;
 use nephroid::measure::machine;
 use nephroid::measure::stress::scenes::{RECEIVER, curved, ring, transformed};
+use nephroid::measure::stress::targets::{Precision, measure as measure_targets, random_subjects};
 use nephroid::measure::stress::{
-    CONTENDERS, Point, Report, SCHEMA, Sweep, SweepReport, Truth, run, sweeps, verdicts, write,
+    CONTENDERS, Point, Report, SCHEMA, Sweep, SweepReport, Truth, run, sweeps, target_sentence,
+    verdicts, write,
 };
 use nephroid::scene::Scene;
 use std::sync::atomic::AtomicBool;
@@ -117,6 +119,20 @@ fn the_report_has_every_point() {
     let mut steps = 0;
     let measured = run(&device.0, &sweep, &CONTENDERS, &mut || steps += 1, &cancel).unwrap();
     assert_eq!(steps, sweep.steps(CONTENDERS.len()));
+    // A smooth mesh, whose error target is kept.
+    let subject = &random_subjects()[10];
+    let targets = measure_targets(&device.0, subject, Precision::QUICK, &cancel).unwrap();
+    assert_eq!(
+        targets.len(),
+        2,
+        "the reference has 2.7 %, too much for a target of 1 %"
+    );
+    for point in &targets {
+        assert!(0.0 < point.l1 && point.l1 <= point.target, "{point:?}");
+        assert!((point.energy_ratio - 1.0).abs() < 0.01, "{point:?}");
+    }
+    assert!(targets[1].patches > 2 * targets[0].patches);
+
     let mut report = Report {
         schema: SCHEMA,
         nephroid: "0.1.0".into(),
@@ -127,6 +143,7 @@ fn the_report_has_every_point() {
         cpu: machine::cpu(),
         quick: true,
         sweeps: vec![measured],
+        targets,
     };
     let folder = tempfile::tempdir().unwrap();
     write(&report, folder.path()).unwrap();
@@ -153,6 +170,14 @@ fn the_report_has_every_point() {
     assert_eq!(points, 3 * CONTENDERS.len());
     assert_eq!(read("stress.csv").lines().count(), 1 + points);
 
+    assert_eq!(read("targets.csv").lines().count(), 3);
+    let words = target_sentence(&report.targets, 0.02).unwrap();
+    assert!(
+        words.starts_with("1 receiver: error within the target in 100 %"),
+        "{words}"
+    );
+    assert!(page.contains(&words) && page.contains("random 10"));
+
     let parsed: Report = serde_json::from_str(&read("stress.json")).unwrap();
     report.sweeps[0].ends.clear();
     assert_eq!(parsed, report);
@@ -173,7 +198,11 @@ fn an_unknown_sweep_and_an_unwritable_folder_are_refused_before_the_work() {
     let missing = folder.path().join("report");
     let mut command = nephroid();
     command.args(["stress", "--only", "sun", "moon", "-o"]);
-    refuses(command.arg(&missing), 2, &["`moon`", "contact-face"]);
+    refuses(
+        command.arg(&missing),
+        2,
+        &["`moon`", "contact-face", "targets"],
+    );
     assert!(!missing.exists());
 
     let file = folder.path().join("file");

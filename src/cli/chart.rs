@@ -1,9 +1,9 @@
 //! `nephroid chart`: speed against accuracy.
 
 use super::files::make_folder;
-use super::load_scene;
 use super::signals::cancelled;
 use super::terminal::{escaped, log, log_some, print, progress_bar};
+use super::{load_scene, shipped};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions};
@@ -42,8 +42,6 @@ pub struct Arguments {
     quick: bool,
 }
 
-/// Where the scenes lie that come with nephroid, in its source tree.
-const SHIPPED: &str = "assets/scenes";
 /// Those that are charted where none is named: each is hard in a way of its own. `table`, `coffee`
 /// and `pool_sky` are pictures, and would add minutes to say what `ring`, `lamp`, `ball` and `pool` say; the receiver
 /// of `globe` is not a rect.
@@ -194,7 +192,7 @@ fn measure(
 /// The scenes asked for, or [`CHARTED`].
 fn load_scenes(arguments: &Arguments) -> Result<Vec<ChartedScene>> {
     let files = match arguments.scenes.as_slice() {
-        [] => charted_scenes()?,
+        [] => shipped::named(&CHARTED)?,
         scenes => scenes.to_vec(),
     };
     let mut scenes: Vec<ChartedScene> = Vec::new();
@@ -216,17 +214,6 @@ fn load_scenes(arguments: &Arguments) -> Result<Vec<ChartedScene>> {
         });
     }
     Ok(scenes)
-}
-
-fn charted_scenes() -> Result<Vec<PathBuf>> {
-    if !Path::new(SHIPPED).is_dir() {
-        return Err(Error::Usage {
-            reason: format!("there are no scenes in {SHIPPED}"),
-            remedy: "name scene files, or run in nephroid's source tree".into(),
-        });
-    }
-    let file = |name: &&str| Path::new(SHIPPED).join(name).with_extension("toml");
-    Ok(CHARTED.iter().map(file).collect())
 }
 
 fn find_receiver(file: &Path, scene: &Scene, name: Option<&str>) -> Result<usize> {
@@ -267,20 +254,13 @@ mod tests {
 
     #[test]
     fn every_shipped_scene_is_charted_or_named_here() {
-        let mut known = charted_scenes().unwrap();
+        let mut known = shipped::named(&CHARTED).unwrap();
         for file in &known {
             let scene = load_scene(file).unwrap().scene;
             assert!(find_receiver(file, &scene, None).is_ok());
         }
-        known.extend(
-            ["coffee", "globe", "pool_sky", "table"]
-                .map(|name| Path::new(SHIPPED).join(name).with_extension("toml")),
-        );
+        known.extend(shipped::named(&["coffee", "globe", "pool_sky", "table"]).unwrap());
         known.sort();
-        let mut shipped: Vec<PathBuf> = (Path::new(SHIPPED).read_dir().unwrap())
-            .map(|entry| entry.unwrap().path())
-            .collect();
-        shipped.sort();
-        assert_eq!(known, shipped);
+        assert_eq!(known, shipped::all().unwrap());
     }
 }

@@ -9,6 +9,7 @@ mod files;
 mod gpu_options;
 mod reference;
 mod render;
+mod shipped;
 pub mod signals;
 mod stress;
 pub mod terminal;

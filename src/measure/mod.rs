@@ -11,3 +11,14 @@ pub mod sweep;
 pub use aim::Aim;
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use profile::{PassProfile, Spread, profile};
+
+use crate::scene::Scene;
+
+/// The scene with one light map only.
+fn with_light_map(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Scene {
+    let mut scene = scene.clone();
+    for (index, object) in scene.objects.iter_mut().enumerate() {
+        object.light_map = (index == receiver).then_some(texels);
+    }
+    scene
+}

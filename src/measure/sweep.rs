@@ -5,7 +5,7 @@
 
 use super::aim::Aim;
 use super::chart::{Picture, Point, SceneChart, Series, Strip, Thumbnail, figure};
-use super::{Spread, compare};
+use super::{Spread, compare, with_light_map};
 use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::image_file::RgbImage;
@@ -479,15 +479,6 @@ fn missing_light(scene: &Scene, method: Method) -> Option<Missing> {
         (_, 0, _) => Some(Missing::All),
         _ => Some(Missing::Environment),
     }
-}
-
-/// The scene with one light map only.
-fn with_light_map(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Scene {
-    let mut scene = scene.clone();
-    for (index, object) in scene.objects.iter_mut().enumerate() {
-        object.light_map = (index == receiver).then_some(texels);
-    }
-    scene
 }
 
 /// A point of a curve, with its light map for a strip.

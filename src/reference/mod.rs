@@ -52,6 +52,7 @@ use visibility::Blockers;
 pub use cache::{Cached, cached_caustic, read_cache_entry};
 pub use estimate::REPLICATES;
 pub use rounds::Progress;
+pub(crate) use sequence::split_mix;
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.

@@ -9,6 +9,32 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::BuildHasher;
 
+#[cfg(feature = "cli")]
+impl Mesh {
+    /// Of triangles that share their vertices, each three indices of `positions`, with normals that are interpolated
+    /// across triangles where `is_smooth`, and those of the triangles otherwise. Triangles without area are left out.
+    pub(crate) fn of_triangles(
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+        is_smooth: bool,
+    ) -> Self {
+        let mut soup = Soup::new(positions, &[]);
+        for triangle in triangles {
+            let corner = |position| Corner {
+                position,
+                normal: NONE,
+                texture: NONE,
+            };
+            soup.add_polygon(&triangle.map(corner)).expect("a triangle");
+        }
+        let smooth = match is_smooth {
+            true => soup.smooth_normals(),
+            false => Vec::new(),
+        };
+        soup.mesh(&soup.triangles, &smooth, true).0
+    }
+}
+
 /// Corners of an n-gon from which a triangle fan is tried.
 const FAN_STARTS: usize = 64;
 

@@ -14,14 +14,18 @@
 //!
 //! [`write()`] makes the report, with the [`verdicts`] in words.
 
+pub mod random;
 mod report;
 pub mod scenes;
 mod sweeps;
+mod target_report;
+pub mod targets;
 mod truth;
 mod verdict;
 
 pub use report::{Report, SCHEMA, write};
 pub use sweeps::{Sweep, Swept, Truth, sweeps};
+pub use target_report::target_sentence;
 pub use verdict::{LIMITS, Limit, Verdict, verdicts};
 
 use super::chart::Picture;

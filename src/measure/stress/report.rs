@@ -5,6 +5,8 @@ use super::super::chart::html::{
     colour, configuration, curve, document, error_key, escape, facts, floor, img, layout, log_axis,
     marker, symbol,
 };
+use super::target_report::{self, write_table};
+use super::targets::TargetPoint;
 use super::{CONTENDERS, End, LIMITS, Limit, Point, SweepReport, Verdict, verdicts};
 use crate::error::Result;
 use crate::output::write_atomically;
@@ -36,9 +38,13 @@ pub struct Report {
     pub quick: bool,
     /// Those that are finished.
     pub sweeps: Vec<SweepReport>,
+    /// Error targets on scenes of all kinds; empty if they were not measured.
+    #[serde(default)]
+    pub targets: Vec<TargetPoint>,
 }
 
-/// Writes `stress.html`, `stress.csv` and `stress.json` into `folder`, each whole or not at all.
+/// Writes `stress.html`, `stress.csv` and `stress.json` into `folder`, and `targets.csv` if targets were measured, each whole
+/// or not at all.
 ///
 /// # Errors
 /// [`Error::Output`](crate::Error::Output) where the folder is missing or cannot be written.
@@ -52,7 +58,10 @@ pub fn write(report: &Report, folder: &Path) -> Result<()> {
     for (name, content) in files {
         write_atomically(&folder.join(name), content.as_bytes())?;
     }
-    Ok(())
+    match report.targets.as_slice() {
+        [] => Ok(()),
+        points => write_atomically(&folder.join("targets.csv"), write_table(points).as_bytes()),
+    }
 }
 
 /// One row a point, relative measures; what a row does not have is left empty.
@@ -139,7 +148,11 @@ fn page(report: &Report) -> String {
     let sections: String = (report.sweeps.iter())
         .map(|sweep| section(sweep, &verdicts))
         .collect();
-    let body = format!("{header}\n{introduction}{}{sections}", words(&verdicts));
+    let body = format!(
+        "{header}\n{introduction}{}{}{sections}",
+        words(&verdicts),
+        target_report::section(&report.targets)
+    );
     document("Caustics under stress", STYLE, &body)
 }
 

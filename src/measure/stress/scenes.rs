@@ -12,7 +12,7 @@ pub const RECEIVER: &str = "receiver";
 const SUN: f64 = 0.2665;
 
 /// Nothing casts shadows, so that only the method is put to the test and not its visibility.
-fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scene {
+pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scene {
     let object = |name: &str, material, geometry| Object {
         name: name.into(),
         material,
@@ -58,7 +58,7 @@ fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scene {
 }
 
 /// A sun of `irradiance` W/m² and `radius` degrees.
-fn sun(direction: DVec3, irradiance: f64, radius: f64) -> Light {
+pub(super) fn sun(direction: DVec3, irradiance: f64, radius: f64) -> Light {
     Light {
         name: "sun".into(),
         kind: LightKind::Sun {
@@ -69,7 +69,7 @@ fn sun(direction: DVec3, irradiance: f64, radius: f64) -> Light {
     }
 }
 
-fn horizontal(half: f64, y: f64) -> Rect {
+pub(super) fn horizontal(half: f64, y: f64) -> Rect {
     Rect {
         origin: DVec3::new(-half, y, half),
         edge_u: 2.0 * half * DVec3::X,
