@@ -13,7 +13,7 @@ struct Surface {
     vec3 facing;     // unit normal of the plane; toward the light
     float eta;       // see eta_of()
     uint triangle;
-    uint object;
+    Object object;
 };
 
 // The surface of `index` as `light` sees it. The back of a surface that only reflects is dark: eta = 0 and the facing
@@ -24,10 +24,11 @@ Surface surface_toward(uint index, Light light) {
     vec3 facing = cross(triangle.edge1, triangle.edge2);
     vec3 s = disc_at(light, triangle.position + (triangle.edge1 + triangle.edge2) / 3.0).direction;
     bool front = dot(facing, s) >= 0.0;
-    float eta = eta_of(objects[triangle.object], front);
+    Object object = objects[triangle.object];
+    float eta = eta_of(object, front);
     float side = eta == 0.0 || front ? 1.0 : -1.0;
     return Surface(triangle.position, triangle.edge1, triangle.edge2, side * corner.n0, side * (corner.n1 - corner.n0),
-        side * (corner.n2 - corner.n0), side * normalize(facing), eta, index, triangle.object);
+        side * (corner.n2 - corner.n0), side * normalize(facing), eta, index, object);
 }
 
 // Whether the normal is the same everywhere.
@@ -62,7 +63,7 @@ OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
     float aside = dot(ray.direction, surface.facing);
     ray.margin = min(min(cosine, dot(surface.facing, disc.direction)), eta == 0.0 ? aside : -aside);
     cosine = max(cosine, 0.0);
-    vec3 share = reflected_share(objects[surface.object], cosine, surface.eta);
+    vec3 share = reflected_share(surface.object, cosine, surface.eta);
     ray.sent = disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
     return ray;
 }

@@ -546,13 +546,14 @@ impl Report {
         let row = |name: &str, wall: &Spread, share: f64, gpu: Option<f64>| {
             let gpu = gpu.map_or("-".into(), |seconds| format!("{:.3}", 1e3 * seconds));
             format!(
-                "{name:<14} {:>10.3} {:>8.3} {:>6.1}% {gpu:>11}",
+                "{name:<18} {:>8.3} {:>10.3} {:>8.3} {:>6.1}% {gpu:>11}",
+                1e3 * wall.p05,
                 1e3 * wall.median,
                 1e3 * wall.p95,
                 100.0 * share
             )
         };
-        let mut lines = vec!["\npass            median ms   p95 ms   share   device ms".into()];
+        let mut lines = vec!["\npass                 p05 ms  median ms   p95 ms   share   device ms".into()];
         lines.extend(passes.iter().map(|pass| {
             let gpu = pass.gpu.map(|spread| spread.median);
             row(pass.name, &pass.wall, pass.share, gpu)
