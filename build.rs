@@ -348,6 +348,7 @@ fn describe(
                     DescriptorType::StorageBuffer(_) => "StorageBuffer",
                     DescriptorType::StorageImage(_) => "StorageImage",
                     DescriptorType::CombinedImageSampler() => "SampledImage",
+                    DescriptorType::UniformTexelBuffer() => "TexelBuffer",
                     other => panic!("{file}: no support for the descriptor type {other:?}"),
                 };
                 let last_member = match ty {

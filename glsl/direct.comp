@@ -4,10 +4,10 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 2) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 3) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NODES(1)
+LIGHTS(2)
+PLANAR_RECEIVERS(3)
 layout(binding = 4) uniform sampler2D environment;
 layout(binding = 5, rgba32f) uniform writeonly image2D direct_map;
 layout(std430, binding = 6) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
@@ -41,7 +41,7 @@ vec3 mesh_irradiance(AtlasSamples points) {
         uint self = points.triangles[quarter];
         if (self == NO_TRIANGLE) return vec3(0.0);
         vec3 x = sample_point(points, int(quarter));
-        vec3 n = normalize(cross(triangles[self].edge1, triangles[self].edge2));
+        vec3 n = normalize(cross(triangle_at(self).edge1, triangle_at(self).edge2));
         for (uint light = 0; light < push.light_count; light++) sum += direct_light(light, x, n, self, part, DIRECT_RAYS_SIDE, 4) / 4.0;
         if (push.has_environment != 0) {
             sum += direct_environment(x, n, self, part, 4, DIRECT_ENVIRONMENT_RAYS, push.rotation) / 4.0;
@@ -59,7 +59,7 @@ void main() {
         imageStore(direct_map, ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y)), vec4(found, 0.0));
         return;
     }
-    PlanarReceiver receiver = planar_receivers[push.receiver];
+    PlanarReceiver receiver = planar_receiver_at(push.receiver);
     uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= receiver.width || texel.y >= receiver.height) return;
     uvec2 place = texel + uvec2(receiver.tile_x, receiver.tile_y);

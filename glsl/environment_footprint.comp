@@ -5,11 +5,11 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NODES(1)
+OBJECTS(2)
+LIGHTS(3)
+PLANAR_RECEIVERS(4)
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
 // 2 lobes receiver_count slots per pair; the used slots come first.
@@ -194,11 +194,11 @@ void main() {
     if (local < push.pair_count) {
         uvec2 pair = pairs[push.first_pair + local];
         Patch patch_ = patches[pair.x];
-        Light light = lights[pair.y];
+        Light light = light_at(pair.y);
         LightDisc disc = disc_at(light, patch_.position);
         float eta = orient_toward(patch_, disc.direction);
         bool is_close = false;
-        for (uint index = 0; index < push.receiver_count && !is_close; index++) is_close = is_close_cluster(patch_, planar_receivers[index]);
+        for (uint index = 0; index < push.receiver_count && !is_close; index++) is_close = is_close_cluster(patch_, planar_receiver_at(index));
         uint first_slot = local * 2 * push.lobes * push.receiver_count;
         vec3 flux[2];
         if (is_close && flux_of(patch_, light, disc, eta, flux)) {
@@ -208,7 +208,7 @@ void main() {
                 float lobe_eta = lobe == 0 ? 0.0 : eta;
                 vec3 r = outgoing_direction(disc.direction, normal, lobe_eta);
                 for (uint index = 0; index < push.receiver_count; index++) {
-                    PlanarReceiver receiver = planar_receivers[index];
+                    PlanarReceiver receiver = planar_receiver_at(index);
                     // The ray must travel toward the plane's front.
                     if (!is_close_cluster(patch_, receiver) || dot(r, receiver.normal) >= -1e-6) continue;
                     PatchImage image;

@@ -28,38 +28,39 @@ bool is_mixed(uint pair, uint receiver) {
 }
 
 void main() {
-    uint level = thread_index() % SHARE_LEVELS;
-    uint block = thread_index() / SHARE_LEVELS;
+    uint block = thread_index() / push.receiver_count;
+    uint receiver = thread_index() % push.receiver_count;
     uint pairs = push.facet_count * push.light_count;
     uint end = min((block + 1) * SPLAT_GROUP, pairs);
-    float patch_share = FIRST_SHARE / float(1 << level);
-    for (uint receiver = 0; receiver < push.receiver_count && block * SPLAT_GROUP < pairs; receiver++) {
-        float flux = shares[receiver].flux;
-        vec4 sum = vec4(0.0);
-        for (uint pair = block * SPLAT_GROUP; pair < end; pair++) {
-            // lavapipe runs the code of a branch that no thread takes, but not the rest of a loop that all have left.
-            while (pair < end && facet_images[pair * push.receiver_count + receiver].flux <= 0.0) pair++;
-            if (pair >= end) break;
-            FacetImage image = facet_images[pair * push.receiver_count + receiver];
-            float share = image.flux / flux;
+    if (block * SPLAT_GROUP >= pairs) return;
+    float flux = shares[receiver].flux;
+    vec4 sums[SHARE_LEVELS];
+    for (uint level = 0; level < SHARE_LEVELS; level++) sums[level] = vec4(0.0);
+    for (uint pair = block * SPLAT_GROUP; pair < end; pair++) {
+        // lavapipe runs the code of a branch that no thread takes, but not the rest of a loop that all have left.
+        while (pair < end && facet_images[pair * push.receiver_count + receiver].flux <= 0.0) pair++;
+        if (pair >= end) break;
+        FacetImage image = facet_images[pair * push.receiver_count + receiver];
+        float share = image.flux / flux;
+        vec2 first = unpackHalf2x16(image.deviation_longest);
+        vec2 second = unpackHalf2x16(image.height_blur);
+        float blur = max(abs(second.y), 1e-3);
+        float of_profiles = profile_error(share, second.x, blur, second.y < 0.0);
+        float mixed = push.can_occlude != 0 && is_mixed(pair, receiver) ? 1.0 : 0.0;
+        for (uint level = 0; level < SHARE_LEVELS; level++) {
+            float patch_share = FIRST_SHARE / float(1 << level);
             float parts = facet_division(share, patch_share);
-            vec2 first = unpackHalf2x16(image.deviation_longest);
-            vec2 second = unpackHalf2x16(image.height_blur);
             float deviation = first.x / (parts * parts);
             float longest = first.y / parts;
             float height = second.x / parts;
-            float blur = max(abs(second.y), 1e-3);
             float of_patch = share / (parts * parts);
             float n = image_division(of_patch, deviation, height, blur, patch_share);
-            sum.x += parts * parts * image_error(of_patch, deviation, longest, blur, n);
-            sum.z += profile_error(share, second.x, blur, second.y < 0.0);
-            sum.w += parts * parts - 1.0;
-            if (push.can_occlude != 0 && is_mixed(pair, receiver)) {
-                // The edge of a shadow crosses about so many patches.
-                float crossed = 2.0 * parts - 1.0;
-                sum.y += crossed * shadow_error(of_patch, longest, blur, max(n, mixed_division(of_patch, longest, blur, patch_share)));
-            }
+            // The edge of a shadow crosses about so many patches.
+            float crossed = (2.0 * parts - 1.0) * mixed;
+            float finer = max(n, mixed_division(of_patch, longest, blur, patch_share));
+            sums[level] += vec4(parts * parts * image_error(of_patch, deviation, longest, blur, n),
+                crossed * shadow_error(of_patch, longest, blur, finer), of_profiles, parts * parts - 1.0);
         }
-        errors[(block * push.receiver_count + receiver) * SHARE_LEVELS + level] = sum;
     }
+    for (uint level = 0; level < SHARE_LEVELS; level++) errors[(block * push.receiver_count + receiver) * SHARE_LEVELS + level] = sums[level];
 }

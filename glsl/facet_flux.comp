@@ -4,11 +4,11 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
-layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NORMALS(1)
+OBJECTS(2)
+LIGHTS(3)
+PLANAR_RECEIVERS(4)
 layout(std430, binding = 5) readonly buffer Facets { Facet facets[]; };
 layout(std430, binding = 6) writeonly buffer Patches { FacetPatches facet_patches[]; };
 layout(std430, binding = 7) buffer Images { FacetImage facet_images[]; }; // per pair and receiver
@@ -53,7 +53,7 @@ bool lights_receiver(Surface surface, Cell cell, CellRays rays, Light light, Pla
 void main() {
     uint pair = thread_index();
     if (pair >= push.facet_count * push.light_count) return;
-    Light light = lights[pair / push.facet_count];
+    Light light = light_at(pair / push.facet_count);
     Facet facet = facets[pair % push.facet_count];
     Surface surface = surface_toward(facet.triangle, light);
     Cell cell = facet_cell(facet);
@@ -66,7 +66,7 @@ void main() {
         CellRays rays = rays_of(surface, cell, light, lobe == 0 ? 0.0 : surface.eta);
         for (uint index = 0; index < push.receiver_count; index++) {
             FacetImage image;
-            if (!lights_receiver(surface, cell, rays, light, planar_receivers[index], image)) continue;
+            if (!lights_receiver(surface, cell, rays, light, planar_receiver_at(index), image)) continue;
             targets |= target_bit(index * push.lobes + lobe);
             // The brighter lobe stands for both.
             FacetImage sum = facet_images[pair * push.receiver_count + index];

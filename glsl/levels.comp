@@ -4,7 +4,7 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 1) in;
-layout(std430, binding = 0) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+PLANAR_RECEIVERS(0)
 layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
 // One VkDispatchIndirectCommand per level that resolve adds to.
 layout(std430, binding = 2) writeonly buffer Steps { uint steps[]; };
@@ -20,7 +20,7 @@ void main() {
     uvec2 largest = uvec2(0);
     for (uint i = 0; i < push.receiver_count; i++) {
         used |= coarse[i];
-        largest = max(largest, uvec2(planar_receivers[i].width, planar_receivers[i].height));
+        largest = max(largest, uvec2(planar_receiver_at(i).width, planar_receiver_at(i).height));
     }
     for (int level = 0; level < MAX_LEVEL; level++) {
         uvec2 threads = ((largest - 1) >> level) + 3;

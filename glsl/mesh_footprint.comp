@@ -4,10 +4,10 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
+TRIANGLES(0)
+NODES(1)
+OBJECTS(2)
+LIGHTS(3)
 layout(std430, binding = 4) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 5) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
 layout(std430, binding = 6) readonly buffer Patches { Patch patches[]; };
@@ -68,7 +68,7 @@ void main() {
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
         Patch patch_ = patches[pair % push.patch_count];
-        Light light = lights[pair / push.patch_count];
+        Light light = light_at(pair / push.patch_count);
         LightDisc disc = disc_at(light, patch_.position);
         float eta = orient_toward(patch_, disc.direction);
         uint first_slot = local * MESH_FOOTPRINT_SLOTS * push.lobes * push.receiver_count;

@@ -4,11 +4,11 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
-layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NORMALS(1)
+OBJECTS(2)
+LIGHTS(3)
+PLANAR_RECEIVERS(4)
 layout(std430, binding = 5) readonly buffer Facets { Facet facets[]; };
 layout(std430, binding = 6) readonly buffer Patches { FacetPatches facet_patches[]; };
 layout(std430, binding = 7) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
@@ -45,7 +45,7 @@ uint visibility_at(PatchPlace place, ivec2 at, uint word) {
 
 // The triangles for the image on receiver `index`, so that the error of each patch is in proportion.
 uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed) {
-    PlanarReceiver receiver = planar_receivers[index];
+    PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return 0;
     float patch_share = shares[index].patch_share;
@@ -66,7 +66,7 @@ void main() {
     uint patch_index = thread_index();
     if (patch_index >= totals[6]) return;
     PatchPlace place = find_patch(patch_index);
-    Light light = lights[place.light_index];
+    Light light = light_at(place.light_index);
     Surface surface = surface_toward(place.facet.triangle, light);
     ivec3 at = lattice_cell(place.index, place.division);
     Cell cell = cell_of(facet_cell(place.facet), place.index, place.division);

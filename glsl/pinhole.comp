@@ -5,11 +5,11 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NODES(1)
+OBJECTS(2)
+LIGHTS(3)
+PLANAR_RECEIVERS(4)
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
 layout(binding = 7) uniform sampler2D environment;
@@ -99,7 +99,7 @@ vec3 gather(Patch p, vec3 y, vec3 seen, vec3 m, bool refracts, float eta) {
 
     vec3 radiance = vec3(0.0);
     for (uint i = 0; i < push.light_count; i++) {
-        Light light = lights[i];
+        Light light = light_at(i);
         LightDisc disc = disc_at(light, p.position);
         if (!(dot(w, disc.direction) > 0.0)) continue;
         vec3 off = disc.direction - w;
@@ -131,7 +131,7 @@ vec3 gather(Patch p, vec3 y, vec3 seen, vec3 m, bool refracts, float eta) {
 
     // Squared diameter of the disc with the patch's area.
     float epsilon = push.epsilon * 4.0 * p.area / PI;
-    vec3 share = reflected_share(objects[p.object], cos_x, eta);
+    vec3 share = reflected_share(object_at(p.object), cos_x, eta);
     // Radiance scales with the square of the index.
     if (refracts) share = (1.0 - share) * eta * eta;
     return radiance * share * (p.area * cos_x * cos_y / (square + epsilon));
@@ -160,7 +160,7 @@ void main() {
             best = min(best, away);
         }
     } else {
-        PlanarReceiver receiver = planar_receivers[push.receiver];
+        PlanarReceiver receiver = planar_receiver_at(push.receiver);
         if (texel.x >= receiver.width || texel.y >= receiver.height) return;
         place = ivec2(texel + uvec2(receiver.tile_x, receiver.tile_y));
         y = from_texels(receiver, vec2(place) + 0.5);

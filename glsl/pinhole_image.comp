@@ -6,11 +6,11 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 3) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 4) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NODES(1)
+OBJECTS(2)
+LIGHTS(3)
+PLANAR_RECEIVERS(4)
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 // lobes^2 receiver_count slots per pair; the used slots come first.
 layout(std430, binding = 6) writeonly buffer PinholeImages { PinholeImage pinhole_images[]; };
@@ -74,7 +74,7 @@ bool is_on_both_sides(Patch patch_, Light light) {
 // whether the cell is visible from the patch: -1 unknown, 0 no, 1 yes.
 bool project_image(Patch patch_, Light light, float eta, bool refracts, uint index, inout int lit, out PinholeImage image) {
     float lobe_eta = refracts ? eta : 0.0;
-    PlanarReceiver receiver = planar_receivers[index];
+    PlanarReceiver receiver = planar_receiver_at(index);
     if (is_close_cluster(patch_, receiver)) return false;
     vec3 m = receiver.normal;
     float height = dot(patch_.position - receiver.origin, m);
@@ -209,7 +209,7 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
     vec3 radiance = light.power / (4.0 * light.half_azimuth * light.half_sine);
-    Object object = objects[patch_.object];
+    Object object = object_at(patch_.object);
     // The Fresnel factor is evaluated per texel, because it varies strongly with the angle. Refracted radiance scales
     // with the square of the index.
     if (eta == 0.0) {
@@ -235,7 +235,7 @@ void main() {
     if (local < push.pair_count) {
         uvec2 members = pairs[push.first_pair + local];
         Patch patch_ = patches[members.x];
-        Light light = lights[members.y];
+        Light light = light_at(members.y);
         uint first_slot = local * push.lobes * push.lobes * push.receiver_count;
         // The part of the cell on the light's side of the patch; for a dielectric with light on both sides, then the
         // part on the other side.

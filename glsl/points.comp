@@ -5,12 +5,12 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
-layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
 layout(std430, binding = 6) readonly buffer LitTriangles { LitTriangle lit_triangles[]; };
 layout(std430, binding = 7) writeonly buffer PointSplats { PointSplat splats[]; };
 layout(std430, binding = 8) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
@@ -51,12 +51,12 @@ float coordinate(uint point, int dimension) {
 bool project_to_mesh(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat) {
     Hit hit = nearest(x, r, self, OCCLUDES | IS_MESH_RECEIVER);
     if (hit.triangle == NO_TRIANGLE) return false;
-    Triangle triangle = triangles[hit.triangle];
+    Triangle triangle = triangle_at(hit.triangle);
     bool front = dot(cross(triangle.edge1, triangle.edge2), r) < 0.0;
     if (!front || (triangle.flags & IS_MESH_RECEIVER) == 0) return false;
-    MeshReceiver receiver = mesh_receivers[objects[triangle.object].receiver];
+    MeshReceiver receiver = mesh_receivers[object_at(triangle.object).receiver];
     uvec2 size = uvec2(receiver.width, receiver.height);
-    vec2 place = light_map_position(receiver, normals[hit.triangle], hit.barycentric);
+    vec2 place = light_map_position(receiver, normals_at(hit.triangle), hit.barycentric);
     uvec2 texel = min(uvec2(max(place, vec2(0.0))), size - 1);
     uint index = texel.x + texel.y * size.x;
     AtlasTexel own = atlas_texels[receiver.first_texel + index];
@@ -76,7 +76,7 @@ void main() {
     if (local >= push.batch_points) return;
     uint global = push.first_point + local;
     uint point = global % push.points;
-    Light light = lights[global / push.points];
+    Light light = light_at(global / push.points);
     // Targets of each lobe: the planar receivers, then the nearest mesh.
     uint targets_per_lobe = push.receiver_count + min(push.mesh_receiver_count, 1);
     uint targets = push.lobes * targets_per_lobe;
@@ -90,8 +90,8 @@ void main() {
         if (lit_triangles[half_way].share_end > place) high = half_way; else low = half_way + 1;
     }
     uint self = lit_triangles[low].triangle;
-    Triangle triangle = triangles[self];
-    Normals corner = normals[self];
+    Triangle triangle = triangle_at(self);
+    Normals corner = normals_at(self);
     // Uniform point of the triangle (Heitz 2019).
     vec2 w = vec2(coordinate(point, 1), coordinate(point, 2));
     w = w.x < w.y ? vec2(0.5 * w.x, w.y - 0.5 * w.x) : vec2(w.x - 0.5 * w.y, 0.5 * w.y);
@@ -103,7 +103,7 @@ void main() {
     vec3 s = disc_direction(disc, in_disc);
 
     vec3 geometric = cross(triangle.edge1, triangle.edge2);
-    Object object = objects[triangle.object];
+    Object object = object_at(triangle.object);
     bool front = dot(geometric, s) >= 0.0;
     float eta = eta_of(object, front);
     if (eta > 0.0 && !front) {
@@ -129,7 +129,7 @@ void main() {
             splats[local * targets + target] = splat;
             continue;
         }
-        PlanarReceiver receiver = planar_receivers[target % targets_per_lobe];
+        PlanarReceiver receiver = planar_receiver_at(target % targets_per_lobe);
         float along = dot(r, receiver.normal);
         float away = dot(receiver.origin - x, receiver.normal);
         if (along >= 0.0 || away >= 0.0) continue;

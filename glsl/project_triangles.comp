@@ -4,12 +4,12 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
-layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
 layout(std430, binding = 6) readonly buffer Facets { Facet facets[]; };
 layout(std430, binding = 7) readonly buffer Patches { FacetPatches facet_patches[]; };
 layout(std430, binding = 8) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
@@ -251,7 +251,7 @@ bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver
 
 // The splat for `cell`. Returns false where no light arrives.
 bool project(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float facet_height, out TriangleSplat splat) {
-    PlanarReceiver receiver = planar_receivers[index];
+    PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return false;
     if (is_mixed) {
@@ -291,10 +291,10 @@ void main() {
         packed = patch_splats[patch_index * count + ++target];
     }
     PatchPlace place = find_patch(patch_index);
-    Light light = lights[place.light_index];
+    Light light = light_at(place.light_index);
     Surface surface = surface_toward(place.facet.triangle, light);
     float eta = target % push.lobes == 0 ? 0.0 : surface.eta;
-    PlanarReceiver receiver = planar_receivers[target / push.lobes];
+    PlanarReceiver receiver = planar_receiver_at(target / push.lobes);
     Cell cell = cell_of(facet_cell(place.facet), place.index, place.division);
     uint along = along_of(packed);
     cell = clipped_cell(surface, cell, light, receiver, eta, index / (along * along), is_clipped_of(packed));

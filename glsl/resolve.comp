@@ -5,7 +5,7 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+PLANAR_RECEIVERS(0)
 layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
 layout(binding = 2, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform ResolvePush {
@@ -18,8 +18,8 @@ layout(push_constant) uniform ResolvePush {
 void main() {
     uint index = gl_GlobalInvocationID.z;
     if (coarse[index] >> (push.level + 1) == 0) return;
-    Level fine = level_of(planar_receivers[index], push.level);
-    Level wide = level_of(planar_receivers[index], push.level + 1);
+    Level fine = level_of(planar_receiver_at(index), push.level);
+    Level wide = level_of(planar_receiver_at(index), push.level + 1);
     int around = push.level > 0 ? 1 : 0;
     ivec2 size = fine.size + 2 * around;
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first_row) - around;

@@ -4,8 +4,8 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
+TRIANGLES(0)
+NORMALS(1)
 layout(std430, binding = 2) readonly buffer LitTriangles { LitTriangle lit_triangles[]; };
 layout(std430, binding = 3) writeonly buffer Patches { Patch patches[]; };
 layout(push_constant) uniform SamplePush {
@@ -25,8 +25,8 @@ void main() {
         if (lit_triangles[half_way].first_patch <= index) low = half_way; else high = half_way - 1;
     }
     LitTriangle lit_triangle = lit_triangles[low];
-    Triangle triangle = triangles[lit_triangle.triangle];
-    Normals normal = normals[lit_triangle.triangle];
+    Triangle triangle = triangle_at(lit_triangle.triangle);
+    Normals normal = normals_at(lit_triangle.triangle);
 
     // Row r of the parent triangle holds n - r upright patches and n - r - 1 inverted patches between them, 2 (n - r) -
     // 1 in total. The `left` last patches, counting from this one, therefore fill more than m - 1 and at most m = n - r

@@ -5,12 +5,12 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
-layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
 layout(binding = 6) uniform sampler2D environment;
 layout(binding = 7) uniform sampler2D light_map;   // caustic irradiance
 layout(binding = 8) uniform sampler2D direct_map;  // irradiance from the environment
@@ -68,7 +68,7 @@ vec3 on_smooth_surface(Triangle triangle, Normals corner, vec3 x, vec2 weights) 
 vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, uint pixel_sample) {
     uint parts = push.side * push.side;
     uint rays = (VIEW_LIGHT_RAYS + parts - 1) / parts;
-    vec3 lit = on_smooth_surface(triangles[self], normals[self], x, weights);
+    vec3 lit = on_smooth_surface(triangle_at(self), normals_at(self), x, weights);
     vec3 sum = vec3(0.0);
     for (uint i = 0; i < push.light_count; i++) sum += direct_light(i, lit, n, self, pixel_sample, rays, parts);
     if (object.receiver != NO_RECEIVER) {
@@ -77,9 +77,9 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, 
             MeshReceiver receiver = mesh_receivers[object.receiver];
             tile = vec2(receiver.tile_x, receiver.tile_y);
             size = vec2(receiver.width, receiver.height);
-            texel = tile + light_map_position(receiver, normals[self], weights);
+            texel = tile + light_map_position(receiver, normals_at(self), weights);
         } else {
-            PlanarReceiver receiver = planar_receivers[object.receiver];
+            PlanarReceiver receiver = planar_receiver_at(object.receiver);
             tile = vec2(receiver.tile_x, receiver.tile_y);
             size = vec2(receiver.width, receiver.height);
             texel = to_texels(receiver, x);
@@ -96,12 +96,12 @@ vec3 diffuse_irradiance(Object object, vec3 x, vec3 n, uint self, vec2 weights, 
 vec3 background(vec3 direction) {
     vec3 seen = push.has_environment != 0 ? environment_radiance(direction, push.rotation, 0.0) : vec3(0.0);
     for (uint i = 0; i < push.light_count; i++) {
-        if (lights[i].is_lamp != 0) continue;
+        if (light_at(i).is_lamp != 0) continue;
         // Compares chords, because the cosine of a small angle rounds to 1.
-        float radius = lights[i].size;
-        bool inside = distance(direction, lights[i].place) < 2.0 * sin(0.5 * radius);
+        float radius = light_at(i).size;
+        bool inside = distance(direction, light_at(i).place) < 2.0 * sin(0.5 * radius);
         float sine = sin(radius);
-        if (inside && radius > MIN_DISC) seen += lights[i].power / (PI * sine * sine);
+        if (inside && radius > MIN_DISC) seen += light_at(i).power / (PI * sine * sine);
     }
     return seen;
 }
@@ -111,7 +111,7 @@ vec3 background(vec3 direction) {
 bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
     bool meets = false;
     for (uint i = 0; i < push.light_count; i++) {
-        Light light = lights[i];
+        Light light = light_at(i);
         LightDisc disc = disc_at(light, origin);
         if (light.is_lamp == 0 || disc.angular_radius <= MIN_DISC) continue;
         float along = dot(light.place - origin, direction);
@@ -151,11 +151,11 @@ vec3 radiance(vec3 origin, vec3 direction, uint pixel_sample) {
         } else if (hit.triangle == NO_TRIANGLE) {
             sum += ray.weight * background(ray.direction);
         } else {
-            Triangle triangle = triangles[hit.triangle];
-            Object object = objects[triangle.object];
+            Triangle triangle = triangle_at(hit.triangle);
+            Object object = object_at(triangle.object);
             vec3 geometric = normalize(cross(triangle.edge1, triangle.edge2));
             bool front = dot(geometric, ray.direction) < 0.0;
-            Normals corner = normals[hit.triangle];
+            Normals corner = normals_at(hit.triangle);
             vec2 w = hit.barycentric;
             vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
             vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;

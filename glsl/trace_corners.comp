@@ -4,12 +4,12 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 1) readonly buffer NormalsBuffer { Normals normals[]; };
-layout(std430, binding = 2) readonly buffer Nodes { Grid grid; Node nodes[]; };
-layout(std430, binding = 3) readonly buffer Objects { Object objects[]; };
-layout(std430, binding = 4) readonly buffer Lights { Light lights[]; };
-layout(std430, binding = 5) readonly buffer PlanarReceivers { PlanarReceiver planar_receivers[]; };
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
 layout(std430, binding = 6) readonly buffer Facets { Facet facets[]; };
 layout(std430, binding = 7) readonly buffer Corners { FacetCorner facet_corners[]; };
 layout(std430, binding = 8) readonly buffer Patches { FacetPatches facet_patches[]; };
@@ -75,7 +75,7 @@ void main() {
         targets = patches.targets;
         st = place_in(facet_cell(facet), vec2(place) / float(n));
     }
-    Light light = lights[light_index];
+    Light light = light_at(light_index);
     Surface surface = surface_toward(triangle, light);
     OutgoingRay rays[2] = OutgoingRay[](leave(surface, light, 0.0, st), leave(surface, light, surface.eta, st));
     for (uint word = 0; word < words; word++) visibility[index * words + word] = 0;
@@ -86,7 +86,7 @@ void main() {
         if (lobe == 1 && surface.eta == 0.0) continue;
         uint state = arrives == BLOCKED ? BLOCKED : UNKNOWN;
         if (arrives != BLOCKED) {
-            PlanarReceiver receiver = planar_receivers[target / push.lobes];
+            PlanarReceiver receiver = planar_receiver_at(target / push.lobes);
             Landing landing = land(surface, rays[lobe], receiver);
             if (landing.margin >= 0.0 && is_inside(receiver, landing.texel)) {
                 if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st) ? LIT : BLOCKED;

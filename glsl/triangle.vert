@@ -6,7 +6,7 @@
 #include "kernel.glsl"
 #include "blurred_triangle.glsl"
 
-layout(std430, binding = 0) readonly buffer TriangleSplats { TriangleSplat triangle_splats[]; };
+TRIANGLE_SPLATS(0)
 layout(location = 0) out flat vec4 to_box;
 layout(location = 1) out flat vec4 corners01;
 layout(location = 2) out flat vec4 corner2_density12;
@@ -14,7 +14,7 @@ layout(location = 3) out flat vec4 irradiance_density0;
 layout(location = 4) out flat vec4 origin_slant;
 
 void main() {
-    TriangleSplat splat = triangle_splats[gl_VertexIndex / 4];
+    TriangleSplat splat = triangle_splat_at(gl_VertexIndex / 4);
     to_box = splat.to_box;
     corners01 = splat.corners01;
     corner2_density12 = vec4(splat.corner2, splat.density12);

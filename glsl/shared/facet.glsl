@@ -19,12 +19,12 @@ struct Surface {
 // The surface of `index` as `light` sees it. The back of a surface that only reflects is dark: eta = 0 and the facing
 // normal turned away.
 Surface surface_toward(uint index, Light light) {
-    Triangle triangle = triangles[index];
-    Normals corner = normals[index];
+    Triangle triangle = triangle_at(index);
+    Normals corner = normals_at(index);
     vec3 facing = cross(triangle.edge1, triangle.edge2);
     vec3 s = disc_at(light, triangle.position + (triangle.edge1 + triangle.edge2) / 3.0).direction;
     bool front = dot(facing, s) >= 0.0;
-    Object object = objects[triangle.object];
+    Object object = object_at(triangle.object);
     float eta = eta_of(object, front);
     float side = eta == 0.0 || front ? 1.0 : -1.0;
     return Surface(triangle.position, triangle.edge1, triangle.edge2, side * corner.n0, side * (corner.n1 - corner.n0),

@@ -21,7 +21,7 @@ float orient_toward(inout Patch patch_, vec3 s) {
     vec3 edge = patch_.edge1;
     vec3 normal_du = patch_.normal_du;
     bool front = dot(cross(edge, patch_.edge2), s) >= 0.0;
-    float eta = eta_of(objects[patch_.object], front);
+    float eta = eta_of(object_at(patch_.object), front);
     if (eta == 0.0 || front) return eta;
     patch_.normal = -patch_.normal;
     patch_.edge1 = patch_.edge2;
@@ -40,7 +40,7 @@ bool flux_of(Patch patch_, Light light, LightDisc disc, float eta, out vec3 flux
     if (dot(geometric, disc.direction) <= 0.0 || !reflects && eta == 0.0) return false;
     float arriving = 0.0;
     vec3 reflected = vec3(0.0);
-    Object object = objects[patch_.object];
+    Object object = object_at(patch_.object);
     for (int i = 0; i < 3; i++) {
         vec2 st = MIDPOINTS[i];
         LightDisc here = disc_at(light, patch_.position + st.x * patch_.edge1 + st.y * patch_.edge2);

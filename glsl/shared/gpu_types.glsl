@@ -271,3 +271,5 @@ struct Profile {
     float mean;      // integral of the kernel over t from 0 to 1
     float unused;
 };
+
+#include "texel_buffers.glsl"

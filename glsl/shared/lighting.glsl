@@ -4,7 +4,7 @@
 // Irradiance from the sun or lamp `index`, by `rays` rays to its disc. The disc's points are shared by `parts` samples;
 // this is number `part` of them.
 vec3 direct_light(uint index, vec3 x, vec3 n, uint self, uint part, uint rays, uint parts) {
-    Light light = lights[index];
+    Light light = light_at(index);
     LightDisc disc = disc_at(light, x);
     // Where the whole lamp is above the horizon, the mean cosine over the lamp equals the cosine to its centre. The
     // rays then only sample visibility.

@@ -176,7 +176,7 @@ uint project_beam(LightBeam beam, vec3 flux, uint triangle, uint slot) {
         Hit occluder = nearest(beam.start, beam.direction, triangle, OCCLUDES);
         if (occluder.triangle != NO_TRIANGLE) {
             at = beam.start + occluder.distance * beam.direction;
-            occluder_normal = normalize(cross(triangles[occluder.triangle].edge1, triangles[occluder.triangle].edge2));
+            occluder_normal = normalize(cross(triangle_at(occluder.triangle).edge1, triangle_at(occluder.triangle).edge2));
             if (dot(occluder_normal, beam.direction) > 0.0) occluder_normal = -occluder_normal;
         }
     }

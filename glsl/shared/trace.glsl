@@ -1,5 +1,4 @@
-// Traces rays through the bounding volume hierarchy of the scene. The including shader declares the buffers `grid`,
-// `nodes` and `triangles`.
+// Traces rays through the bounding volume hierarchy of the scene. The including shader declares NODES and TRIANGLES.
 
 const uint FIRST_MASK = (1u << COUNT_SHIFT) - 1u;
 const uint NO_LINK = 0xffffffffu;
@@ -46,13 +45,14 @@ bool intersect(Triangle triangle, vec3 origin, vec3 direction, float limit, out 
 
 // Index of the other triangle of the rect that contains `self`, the triangle where rays start.
 uint twin_of(uint self) {
-    return self == NO_TRIANGLE ? NO_TRIANGLE : triangles[self].twin;
+    return self == NO_TRIANGLE ? NO_TRIANGLE : triangle_at(self).twin;
 }
 
 // Whether an object that casts shadows lies between origin and origin + limit * direction. The triangle `self` and its
 // twin are ignored. Neighbouring rays descend together and test their leaves together (Aila & Laine 2009).
 bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
     uint twin = twin_of(self);
+    Grid grid = grid_of_nodes();
     vec3 start = (origin - grid.lower) * grid.scale;
     vec3 inverse = safe_inverse(direction * grid.scale);
     uint stack[STACK];
@@ -61,7 +61,7 @@ bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
     uint link = 0;
     for (;;) {
         while (link <= FIRST_MASK) {
-            Node node = nodes[link];
+            Node node = node_at(link);
             bool left = enter(node.left, start, inverse, limit) < FAR;
             bool right = enter(node.right, start, inverse, limit) < FAR;
             if (left && right && top < STACK) stack[top++] = node.right_link;
@@ -73,7 +73,7 @@ bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
         for (uint i = first; i < end; i++) {
             float t;
             vec2 uv;
-            Triangle triangle = triangles[i];
+            Triangle triangle = triangle_at(i);
             bool counts = i != self && i != twin && (triangle.flags & OCCLUDES) != 0;
             if (counts && intersect(triangle, origin, direction, limit, t, uv)) return true;
         }
@@ -88,6 +88,7 @@ const uint ANY_TRIANGLE = ~0u;
 Hit nearest(vec3 origin, vec3 direction, uint self, uint bits) {
     Hit hit = Hit(FAR, NO_TRIANGLE, vec2(0.0));
     uint twin = twin_of(self);
+    Grid grid = grid_of_nodes();
     vec3 start = (origin - grid.lower) * grid.scale;
     vec3 inverse = safe_inverse(direction * grid.scale);
     uint stack[STACK];
@@ -96,7 +97,7 @@ Hit nearest(vec3 origin, vec3 direction, uint self, uint bits) {
     uint link = 0;
     for (;;) {
         while (link <= FIRST_MASK) {
-            Node node = nodes[link];
+            Node node = node_at(link);
             float left = enter(node.left, start, inverse, hit.distance);
             float right = enter(node.right, start, inverse, hit.distance);
             bool left_first = left <= right;
@@ -110,8 +111,9 @@ Hit nearest(vec3 origin, vec3 direction, uint self, uint bits) {
         for (uint i = first; i < end; i++) {
             float t;
             vec2 uv;
-            bool counts = i != self && i != twin && (bits == ANY_TRIANGLE || (triangles[i].flags & bits) != 0);
-            if (counts && intersect(triangles[i], origin, direction, hit.distance, t, uv)) {
+            Triangle triangle = triangle_at(i);
+            bool counts = i != self && i != twin && (bits == ANY_TRIANGLE || (triangle.flags & bits) != 0);
+            if (counts && intersect(triangle, origin, direction, hit.distance, t, uv)) {
                 hit = Hit(t, i, uv);
             }
         }

@@ -3,6 +3,7 @@
 use super::device::{self, ContextOptions, Device, DeviceInfo, Opened};
 use super::host::{self, External};
 use super::instance::Instance;
+use super::memory::Buffer;
 use super::pipeline::Pipelines;
 use super::pipeline_cache::PipelineCache;
 use super::requirements::Requirements;
@@ -134,9 +135,11 @@ impl Context {
         self.instance.messages.clone()
     }
 
-    /// Largest storage buffer that a shader can see, bytes.
+    /// Largest buffer that a shader can see, as a storage buffer and as a texel buffer, bytes.
     pub fn max_storage_bytes(&self) -> u64 {
-        u64::from(self.properties.limits.max_storage_buffer_range)
+        let limits = &self.properties.limits;
+        u64::from(limits.max_storage_buffer_range)
+            .min(u64::from(limits.max_texel_buffer_elements) * Buffer::TEXEL_BYTES)
     }
 
     /// Largest side of an image, texels. Light maps and pictures are drawn into, for which some

@@ -198,7 +198,7 @@ fn lacks(
             ),
             (
                 "sampled images a stage",
-                count(BindingKind::SampledImage),
+                count(BindingKind::SampledImage) + count(BindingKind::TexelBuffer),
                 limits.max_per_stage_descriptor_sampled_images,
             ),
             (
@@ -383,11 +383,15 @@ mod tests {
             | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR;
         let most =
             |count: &dyn Fn(&Shader) -> u32| shaders::ALL.iter().map(|s| count(s)).max().unwrap();
-        let most_of = |kind| most(&|s| s.bindings.iter().filter(|b| b.kind == kind).count() as u32);
+        let count = |s: &Shader, kind| s.bindings.iter().filter(|b| b.kind == kind).count() as u32;
+        let most_of = |kind| most(&|s| count(s, kind));
+        let sampled = |s: &Shader| {
+            count(s, BindingKind::SampledImage) + count(s, BindingKind::TexelBuffer)
+        };
         let limits = vk::PhysicalDeviceLimits {
             max_per_stage_descriptor_storage_buffers: most_of(BindingKind::StorageBuffer),
             max_per_stage_descriptor_storage_images: most_of(BindingKind::StorageImage),
-            max_per_stage_descriptor_sampled_images: most_of(BindingKind::SampledImage),
+            max_per_stage_descriptor_sampled_images: most(&sampled),
             max_push_constants_size: most(&|s| s.push_bytes),
             max_compute_work_group_invocations: most(&|s| s.local_size.iter().product()),
             max_compute_work_group_size: [0, 1, 2].map(|axis| most(&|s| s.local_size[axis])),

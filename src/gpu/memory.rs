@@ -93,6 +93,10 @@ pub struct Buffer {
 }
 
 impl Buffer {
+    /// Format and size of a texel where shaders see the buffer as a texel buffer. Every device supports it.
+    pub(super) const TEXEL: vk::Format = vk::Format::R32G32B32A32_UINT;
+    pub(super) const TEXEL_BYTES: u64 = 16;
+
     /// A buffer on the device, of at least 16 bytes.
     ///
     /// # Errors
@@ -140,6 +144,7 @@ impl Buffer {
         }
         let info = vk::BufferCreateInfo::default().size(bytes).usage(
             vk::BufferUsageFlags::STORAGE_BUFFER
+                | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
                 | vk::BufferUsageFlags::INDIRECT_BUFFER
                 | vk::BufferUsageFlags::INDEX_BUFFER
                 | vk::BufferUsageFlags::TRANSFER_SRC

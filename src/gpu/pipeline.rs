@@ -84,6 +84,8 @@ pub struct BoundPipeline {
     pub(super) name: &'static str,
     set: vk::DescriptorSet,
     pool: vk::DescriptorPool,
+    /// Views of the texel buffers.
+    views: Vec<vk::BufferView>,
     _bound: Vec<Keeper>,
 }
 
@@ -148,9 +150,10 @@ impl BoundPipeline {
             name,
             set,
             pool,
+            views: Vec::new(),
             _bound: Vec::new(),
         };
-        bound._bound = bound.bind(resources);
+        bound._bound = bound.bind(resources)?;
         Ok(bound)
     }
 
@@ -194,7 +197,7 @@ impl BoundPipeline {
     }
 
     /// Writes the descriptor set.
-    fn bind(&self, resources: &Bindings) -> Vec<Keeper> {
+    fn bind(&mut self, resources: &Bindings) -> Result<Vec<Keeper>> {
         let mut bound = Vec::new();
         for binding in &self.pipeline.bindings {
             let (_, resource) = resources
@@ -209,13 +212,25 @@ impl BoundPipeline {
                 .dst_set(self.set)
                 .dst_binding(binding.index)
                 .descriptor_type(descriptor_type(binding.kind));
-            let (buffers, images);
+            let (buffers, images, views);
             let write = match (binding.kind, resource) {
                 (BindingKind::StorageBuffer, Resource::Buffer(buffer)) => {
                     buffers = [vk::DescriptorBufferInfo::default()
                         .buffer(buffer.handle)
                         .range(vk::WHOLE_SIZE)];
                     write.buffer_info(&buffers)
+                }
+                (BindingKind::TexelBuffer, Resource::Buffer(buffer)) => {
+                    let info = vk::BufferViewCreateInfo::default()
+                        .buffer(buffer.handle)
+                        .format(Buffer::TEXEL)
+                        .range(buffer.bytes / Buffer::TEXEL_BYTES * Buffer::TEXEL_BYTES);
+                    // SAFETY: a buffer of this device, kept alive; destroyed in Drop.
+                    let view = unsafe { self.context.device.create_buffer_view(&info, None) }
+                        .map_err(device_error("viewing a buffer"))?;
+                    self.views.push(view);
+                    views = [view];
+                    write.texel_buffer_view(&views)
                 }
                 (BindingKind::StorageImage, Resource::Image(image)) => {
                     images = [vk::DescriptorImageInfo::default()
@@ -235,14 +250,19 @@ impl BoundPipeline {
             // SAFETY: set and resources are of this device and not in use.
             unsafe { self.context.device.update_descriptor_sets(&[write], &[]) };
         }
-        bound
+        Ok(bound)
     }
 }
 
 impl Drop for BoundPipeline {
     fn drop(&mut self) {
         // SAFETY: no submission under way uses it; null handles are allowed.
-        unsafe { (self.context.device).destroy_descriptor_pool(self.pool, None) };
+        unsafe {
+            (self.context.device).destroy_descriptor_pool(self.pool, None);
+            for &view in &self.views {
+                self.context.device.destroy_buffer_view(view, None);
+            }
+        }
     }
 }
 
@@ -251,6 +271,7 @@ fn descriptor_type(kind: BindingKind) -> vk::DescriptorType {
         BindingKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
         BindingKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
         BindingKind::SampledImage => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+        BindingKind::TexelBuffer => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
     }
 }
 

@@ -25,10 +25,12 @@ pub enum BindingKind {
     StorageBuffer,
     StorageImage,
     SampledImage,
+    /// A buffer that shaders fetch four words at a time from.
+    TexelBuffer,
 }
 
 /// A struct in a buffer, in bytes.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StructLayout {
     pub name: &'static str,
     /// Array stride, or size where the struct stands alone.

@@ -307,7 +307,8 @@ impl Triangles {
     ) {
         let push = self.push(scene, group, 0);
         let blocks = pairs(scene, group).div_ceil(SPLAT_GROUP);
-        recorder.dispatch(&self.facet_error, &push, threads(blocks * SHARE_LEVELS));
+        let blocks = blocks * scene.receivers.planar_count;
+        recorder.dispatch(&self.facet_error, &push, threads(blocks));
     }
 
     /// Chooses the patch share of every receiver.

@@ -1,0 +1,88 @@
+// Buffers of structs that shaders only read, as texel buffers of four words a texel: lavapipe fetches a texel several times
+// as fast as four words of a storage buffer. NAME(slot) declares the buffer at a binding and the function that reads a struct.
+
+vec3 floats_of(uvec4 texel) {
+    return uintBitsToFloat(texel.xyz);
+}
+
+float last_of(uvec4 texel) {
+    return uintBitsToFloat(texel.w);
+}
+
+// Texel `part` of the struct `index` of `size` texels.
+#define TEXEL(buffer_, size, index, part) texelFetch(buffer_, int((size) * (index) + (part)))
+
+#define TRIANGLES(slot)                                                                    \
+    layout(binding = slot) uniform usamplerBuffer triangles;                               \
+    Triangle triangle_at(uint index) {                                                     \
+        uvec4 a = TEXEL(triangles, 3, index, 0);                                           \
+        uvec4 b = TEXEL(triangles, 3, index, 1);                                           \
+        uvec4 c = TEXEL(triangles, 3, index, 2);                                           \
+        return Triangle(floats_of(a), a.w, floats_of(b), b.w, floats_of(c), c.w);          \
+    }
+
+#define NORMALS(slot)                                                                      \
+    layout(binding = slot) uniform usamplerBuffer normals;                                 \
+    Normals normals_at(uint index) {                                                       \
+        uvec4 a = TEXEL(normals, 3, index, 0);                                             \
+        uvec4 b = TEXEL(normals, 3, index, 1);                                             \
+        uvec4 c = TEXEL(normals, 3, index, 2);                                             \
+        return Normals(floats_of(a), a.w, floats_of(b), b.w, floats_of(c), c.w);           \
+    }
+
+// The hierarchy: its grid, then its nodes.
+#define NODES(slot)                                                                        \
+    layout(binding = slot) uniform usamplerBuffer nodes;                                   \
+    Grid grid_of_nodes() {                                                                 \
+        uvec4 a = TEXEL(nodes, 2, 0, 0);                                                   \
+        uvec4 b = TEXEL(nodes, 2, 0, 1);                                                   \
+        return Grid(floats_of(a), last_of(a), floats_of(b), last_of(b));                   \
+    }                                                                                      \
+    Node node_at(uint index) {                                                             \
+        uvec4 a = TEXEL(nodes, 2, index, 2);                                               \
+        uvec4 b = TEXEL(nodes, 2, index, 3);                                               \
+        return Node(a.xyz, a.w, b.xyz, b.w);                                               \
+    }
+
+#define OBJECTS(slot)                                                                      \
+    layout(binding = slot) uniform usamplerBuffer objects;                                 \
+    Object object_at(uint index) {                                                         \
+        uvec4 a = TEXEL(objects, 3, index, 0);                                             \
+        uvec4 b = TEXEL(objects, 3, index, 1);                                             \
+        uvec4 c = TEXEL(objects, 3, index, 2);                                             \
+        return Object(floats_of(a), a.w, floats_of(b), int(b.w), floats_of(c), c.w);       \
+    }
+
+#define LIGHTS(slot)                                                                       \
+    layout(binding = slot) uniform usamplerBuffer lights;                                  \
+    Light light_at(uint index) {                                                           \
+        uvec4 a = TEXEL(lights, 4, index, 0);                                              \
+        uvec4 b = TEXEL(lights, 4, index, 1);                                              \
+        uvec4 c = TEXEL(lights, 4, index, 2);                                              \
+        uvec4 d = TEXEL(lights, 4, index, 3);                                              \
+        return Light(floats_of(a), last_of(a), floats_of(b), b.w,                          \
+            floats_of(c), last_of(c), floats_of(d), last_of(d));                           \
+    }
+
+#define PLANAR_RECEIVERS(slot)                                                             \
+    layout(binding = slot) uniform usamplerBuffer planar_receivers;                        \
+    PlanarReceiver planar_receiver_at(uint index) {                                        \
+        uvec4 a = TEXEL(planar_receivers, 4, index, 0);                                    \
+        uvec4 b = TEXEL(planar_receivers, 4, index, 1);                                    \
+        uvec4 c = TEXEL(planar_receivers, 4, index, 2);                                    \
+        uvec4 d = TEXEL(planar_receivers, 4, index, 3);                                    \
+        return PlanarReceiver(floats_of(a), a.w, floats_of(b), b.w,                        \
+            floats_of(c), c.w, floats_of(d), d.w);                                         \
+    }
+
+#define TRIANGLE_SPLATS(slot)                                                              \
+    layout(binding = slot) uniform usamplerBuffer triangle_splats;                         \
+    TriangleSplat triangle_splat_at(uint index) {                                          \
+        vec4 a = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 0));                     \
+        vec4 b = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 1));                     \
+        vec4 c = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 2));                     \
+        vec4 d = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 3));                     \
+        vec4 e = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 4));                     \
+        vec4 f = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 5));                     \
+        return TriangleSplat(a, b, c.xy, c.zw, d.xyz, d.w, e.xy, e.zw, f.xy, f.zw);        \
+    }
