@@ -4,7 +4,7 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+FACET_IMAGES(0)
 layout(std430, binding = 1) readonly buffer Shares { ReceiverShare shares[]; };
 layout(std430, binding = 2) buffer Patches { FacetPatches facet_patches[]; };
 // Patches, and points of the lattice of (division + 1) (division + 2) / 2 patch corners.
@@ -19,7 +19,7 @@ uint division_of(uint pair) {
     for (uint index = 0; index < push.receiver_count; index++) {
         ReceiverShare share = shares[index];
         if (share.flux <= 0.0) continue;
-        float part = facet_images[pair * push.receiver_count + index].flux / share.flux;
+        float part = facet_image_at(pair * push.receiver_count + index).flux / share.flux;
         most = max(most, facet_division(part, share.patch_share));
     }
     return uint(most);

@@ -4,8 +4,8 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Facets { Facet facets[]; };
-layout(std430, binding = 1) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+FACETS(0)
+FACET_IMAGES(1)
 layout(std430, binding = 2) readonly buffer Shares { ReceiverShare shares[]; };
 layout(std430, binding = 3) readonly buffer Visibility { uint visibility[]; };
 // Per block of pairs, receiver and level: errors of images, of shadows and of profiles, and patches beyond one for
@@ -18,7 +18,7 @@ layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
 
 // Whether the corners of a facet do not agree on a receiver.
 bool is_mixed(uint pair, uint receiver) {
-    Facet facet = facets[pair % push.facet_count];
+    Facet facet = facet_at(pair % push.facet_count);
     uint words = words_of_targets();
     uint first = pair / push.facet_count * push.corner_count;
     uint target = receiver * push.lobes;
@@ -38,14 +38,14 @@ void main() {
     for (uint level = 0; level < SHARE_LEVELS; level++) sums[level] = vec4(0.0);
     for (uint pair = block * SPLAT_GROUP; pair < end; pair++) {
         // lavapipe runs the code of a branch that no thread takes, but not the rest of a loop that all have left.
-        while (pair < end && facet_images[pair * push.receiver_count + receiver].flux <= 0.0) pair++;
+        while (pair < end && facet_image_at(pair * push.receiver_count + receiver).flux <= 0.0) pair++;
         if (pair >= end) break;
-        FacetImage image = facet_images[pair * push.receiver_count + receiver];
+        FacetImage image = facet_image_at(pair * push.receiver_count + receiver);
         float share = image.flux / flux;
         vec2 first = unpackHalf2x16(image.deviation_longest);
         vec2 second = unpackHalf2x16(image.height_blur);
-        float blur = max(abs(second.y), 1e-3);
-        float of_profiles = profile_error(share, second.x, blur, second.y < 0.0);
+        float blur = max(second.y, 1e-3);
+        float of_profiles = share * image.profile;
         float mixed = push.can_occlude != 0 && is_mixed(pair, receiver) ? 1.0 : 0.0;
         for (uint level = 0; level < SHARE_LEVELS; level++) {
             float patch_share = FIRST_SHARE / float(1 << level);

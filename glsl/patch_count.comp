@@ -9,7 +9,7 @@ NORMALS(1)
 OBJECTS(2)
 LIGHTS(3)
 PLANAR_RECEIVERS(4)
-layout(std430, binding = 5) readonly buffer Facets { Facet facets[]; };
+FACETS(5)
 layout(std430, binding = 6) readonly buffer Patches { FacetPatches facet_patches[]; };
 layout(std430, binding = 7) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
 layout(std430, binding = 8) readonly buffer Totals { uint totals[]; };

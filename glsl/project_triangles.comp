@@ -10,7 +10,7 @@ NODES(2)
 OBJECTS(3)
 LIGHTS(4)
 PLANAR_RECEIVERS(5)
-layout(std430, binding = 6) readonly buffer Facets { Facet facets[]; };
+FACETS(6)
 layout(std430, binding = 7) readonly buffer Patches { FacetPatches facet_patches[]; };
 layout(std430, binding = 8) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
 layout(std430, binding = 9) readonly buffer PatchNumbers { uvec2 patch_numbers[]; };
@@ -22,7 +22,7 @@ layout(std430, binding = 14) readonly buffer SplatTotals { uint splat_totals[]; 
 layout(std430, binding = 15) writeonly buffer TriangleSplats { TriangleSplat triangle_splats[]; };
 layout(std430, binding = 16) readonly buffer Profiles { Profile profiles[]; };
 layout(std430, binding = 17) buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where splats are in level l
-layout(std430, binding = 18) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+FACET_IMAGES(18)
 #include "facet_push.glsl"
 
 #include "trace.glsl"
@@ -299,7 +299,7 @@ void main() {
     uint along = along_of(packed);
     cell = clipped_cell(surface, cell, light, receiver, eta, index / (along * along), is_clipped_of(packed));
     cell = cell_of(cell, index % (along * along), along);
-    float facet_height = unpackHalf2x16(facet_images[place.pair * push.receiver_count + target / push.lobes].height_blur).x;
+    float facet_height = unpackHalf2x16(facet_image_at(place.pair * push.receiver_count + target / push.lobes).height_blur).x;
     TriangleSplat splat;
     if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, splat)) splat.lower = splat.upper = vec2(0.0);
     triangle_splats[slot] = splat;

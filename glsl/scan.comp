@@ -9,8 +9,10 @@ layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
 // every batch of units of the first sum a VkDispatchIndirectCommand, a VkDrawIndexedIndirectCommand of a quad for each,
 // and an unused word.
 layout(std430, binding = 1) writeonly buffer Totals { uint totals[]; };
+layout(std430, binding = 2) readonly buffer UnitTotals { uint unit_totals[]; }; // as this shader writes them
 layout(push_constant) uniform ScanPush {
-    uint block_count;
+    uint count;      // of the numbers in the blocks
+    uint is_limited; // 1: there are at most as many numbers as units in unit_totals
     uint batches;
     uint batch_size;
 } push;
@@ -31,11 +33,13 @@ void write_arguments(uint at, uint threads) {
 // One workgroup.
 void main() {
     uvec2 before = uvec2(0);
-    for (uint first = 0; first < push.block_count; first += SPLAT_GROUP) {
+    uint count = push.is_limited != 0 ? min(push.count, unit_totals[6]) : push.count;
+    uint blocks = (count + SPLAT_GROUP - 1) / SPLAT_GROUP;
+    for (uint first = 0; first < blocks; first += SPLAT_GROUP) {
         uint block = first + gl_LocalInvocationIndex;
         uvec2 total;
-        uvec2 sum = exclusive_sum(block < push.block_count ? block_sums[block] : uvec2(0), total);
-        if (block < push.block_count) block_sums[block] = before + sum;
+        uvec2 sum = exclusive_sum(block < blocks ? block_sums[block] : uvec2(0), total);
+        if (block < blocks) block_sums[block] = before + sum;
         before += total;
     }
     if (gl_LocalInvocationIndex == 0) {

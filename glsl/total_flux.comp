@@ -4,7 +4,7 @@
 #include "gpu_types.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+FACET_IMAGES(0)
 layout(std430, binding = 1) writeonly buffer Shares { ReceiverShare shares[]; };
 layout(push_constant) uniform TotalPush {
     uint pair_count;
@@ -17,7 +17,7 @@ shared float values[SPLAT_GROUP];
 void main() {
     uint i = gl_LocalInvocationIndex;
     float sum = 0.0;
-    for (uint pair = i; pair < push.pair_count; pair += SPLAT_GROUP) sum += facet_images[pair * push.receiver_count + gl_WorkGroupID.x].flux;
+    for (uint pair = i; pair < push.pair_count; pair += SPLAT_GROUP) sum += facet_image_at(pair * push.receiver_count + gl_WorkGroupID.x).flux;
     values[i] = sum;
     barrier();
     for (uint stride = SPLAT_GROUP / 2; stride > 0; stride /= 2) {

@@ -10,7 +10,7 @@ NODES(2)
 OBJECTS(3)
 LIGHTS(4)
 PLANAR_RECEIVERS(5)
-layout(std430, binding = 6) readonly buffer Facets { Facet facets[]; };
+FACETS(6)
 layout(std430, binding = 7) readonly buffer Corners { FacetCorner facet_corners[]; };
 layout(std430, binding = 8) readonly buffer Patches { FacetPatches facet_patches[]; };
 layout(std430, binding = 9) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
@@ -60,7 +60,7 @@ void main() {
         uvec2 place = lattice_place(point - patch_numbers[pair].y, n);
         // The facet's own corners are listed with the other facets' corners.
         if (place.x == n || place.y == n || place.x + place.y == 0) return;
-        Facet facet = facets[pair % push.facet_count];
+        Facet facet = facet_at(pair % push.facet_count);
         light_index = pair / push.facet_count;
         // Where the facet's corners agree, so does everything between them.
         uvec3 corners_at = (light_index * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;

@@ -367,32 +367,39 @@ fn total_reflection_refracts_nothing() {
     assert_eq!(lobes, 0b11);
 }
 
-/// 1300 numbers are 21 blocks; 2 · 650 + 1 units of the first sum are two batches of 1000.
+/// 1300 numbers are 21 blocks; 2 · 650 + 1 units of the first sum are two batches of 1000. Other totals limit their number.
 #[test]
 fn numbers_become_prefix_sums() {
     const COUNT: u32 = 1300;
+    const CAPACITY: u32 = 5000;
     let device = Device::open();
     let context = &device.0;
     let numbers: Vec<[u32; 2]> = (0..COUNT).map(|i| [i % 3, u32::from(i % 3 > 0)]).collect();
     let buffer =
         |name, words: usize| Buffer::with_data(context, name, &vec![u32::MAX; words]).unwrap();
-    let numbers_buffer = Buffer::with_data(context, "numbers", &numbers).unwrap();
-    let (sums, totals) = (buffer("sums", 2 * 21), buffer("totals", 9 * 3));
-    let [of_numbers, of_sums, of_totals] = [
+    let mut numbers_and_more = numbers.clone();
+    numbers_and_more.resize(CAPACITY as usize, [7, 7]);
+    let numbers_buffer = Buffer::with_data(context, "numbers", &numbers_and_more).unwrap();
+    let units = Buffer::with_data(context, "units", &[0, 0, 0, 0, 0, 0, COUNT, 0]).unwrap();
+    let (sums, totals) = (buffer("sums", 2 * 79), buffer("totals", 9 * 3));
+    let resources = [
         ("numbers", Resource::Buffer(&numbers_buffer)),
         ("block_sums", Resource::Buffer(&sums)),
         ("totals", Resource::Buffer(&totals)),
+        ("unit_totals", Resource::Buffer(&units)),
     ];
-    let pipeline = |shader, resources: &[_]| {
-        BoundPipeline::compute(context, shader, [false; 3], resources).unwrap()
-    };
-    let number = pipeline(&shaders::NUMBER_COMP, &[of_numbers, of_sums]);
-    let scan = pipeline(&shaders::SCAN_COMP, &[of_sums, of_totals]);
+    let [number, scan] = [&shaders::NUMBER_COMP, &shaders::SCAN_COMP]
+        .map(|shader| BoundPipeline::compute(context, shader, [false; 3], &resources).unwrap());
     let mut recorder = Recorder::new(context).unwrap();
-    recorder.dispatch(&number, &NumberPush { count: COUNT }, [64, 1, 1]);
+    let push = NumberPush {
+        count: CAPACITY,
+        is_limited: 1,
+    };
+    recorder.dispatch(&number, &push, [128, 1, 1]);
     recorder.submit().unwrap();
     let push = ScanPush {
-        block_count: 21,
+        count: CAPACITY,
+        is_limited: 1,
         batches: 2,
         batch_size: 1000,
     };

@@ -28,12 +28,12 @@ float shadow_error(float share, float longest, float blur, float n) {
     return share / (2.0 * n) * min(longest / (n * blur), 1.0);
 }
 
-// Light whose profile is that of a parallelogram or a round kernel in place of the light's disc. Without a disc the blur is 1.
-// Where facets are smooth, the images of their neighbours continue the image and hide the profile. A flat facet smaller than the
-// blur shows it.
-float profile_error(float share, float height, float blur, bool is_flat) {
-    float shown = is_flat ? 6.0 * min(blur / max(height, 1e-3), 1.0) : 1.0;
-    return share * max(1.0 - 1.0 / (blur * blur), 0.0) * max(shown, 1.0);
+// Share of a facet's light whose profile is that of a parallelogram or a round kernel in place of the light's disc. Without a
+// disc the blur is 1. The images of neighbours continue a facet's image and hide the profile, unless the facet is flat, smaller
+// than the blur, and the surface ends or bends at its outline.
+float profile_error(float height, float blur, float exposed) {
+    float shown = 6.0 * exposed * min(blur / max(height, 1e-3), 1.0);
+    return max(1.0 - 1.0 / (blur * blur), 0.0) * max(shown, 1.0);
 }
 
 // The part of the estimated error that does not depend on the number of patches.

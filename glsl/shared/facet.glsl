@@ -31,11 +31,6 @@ Surface surface_toward(uint index, Light light) {
         side * (corner.n2 - corner.n0), side * normalize(facing), eta, index, object);
 }
 
-// Whether the normal is the same everywhere.
-bool is_flat(Surface surface) {
-    return surface.normal_ds == vec3(0.0) && surface.normal_dt == vec3(0.0);
-}
-
 vec3 position_at(Surface surface, vec2 st) {
     return surface.position + st.x * surface.edge1 + st.y * surface.edge2;
 }

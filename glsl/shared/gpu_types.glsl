@@ -211,6 +211,9 @@ struct Facet {
     uint corner0;    // indices into FacetCorners
     uint corner1;
     uint corner2;
+    float exposed;   // share of a flat facet's outline at which the surface ends or bends; 0 where normals are interpolated
+    uint unused0;
+    uint unused1;
 };
 
 // A corner of facets: a point of a triangle, as coefficients of edge1 and edge2. Facets that share a smooth vertex share
@@ -231,7 +234,8 @@ struct FacetPatches {
 struct FacetImage {
     float flux;               // W
     uint deviation_longest;   // two halves: largest distance of a midpoint from the straight side; longest side; texels
-    uint height_blur;         // two halves: height over that side; side of the blur's square, negative for flat facets; texels
+    uint height_blur;         // two halves: height over that side; side of the blur's square; texels
+    float profile;            // see profile_error()
 };
 
 // What a receiver's images are divided for.

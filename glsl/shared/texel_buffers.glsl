@@ -86,3 +86,19 @@ float last_of(uvec4 texel) {
         vec4 f = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 5));                     \
         return TriangleSplat(a, b, c.xy, c.zw, d.xyz, d.w, e.xy, e.zw, f.xy, f.zw);        \
     }
+
+#define FACETS(slot)                                                                       \
+    layout(binding = slot) uniform usamplerBuffer facets;                                  \
+    Facet facet_at(uint index) {                                                           \
+        uvec4 a = TEXEL(facets, 2, index, 0);                                              \
+        uvec4 b = TEXEL(facets, 2, index, 1);                                              \
+        return Facet(a.x, a.y, a.z, a.w, b.x, uintBitsToFloat(b.y), b.z, b.w);             \
+    }
+
+// One for each pair of facet and light and each receiver.
+#define FACET_IMAGES(slot)                                                                 \
+    layout(binding = slot) uniform usamplerBuffer facet_images;                            \
+    FacetImage facet_image_at(uint index) {                                                \
+        uvec4 a = TEXEL(facet_images, 1, index, 0);                                        \
+        return FacetImage(uintBitsToFloat(a.x), a.y, a.z, last_of(a));                     \
+    }

@@ -553,7 +553,8 @@ impl Report {
                 100.0 * share
             )
         };
-        let mut lines = vec!["\npass                 p05 ms  median ms   p95 ms   share   device ms".into()];
+        let mut lines =
+            vec!["\npass                 p05 ms  median ms   p95 ms   share   device ms".into()];
         lines.extend(passes.iter().map(|pass| {
             let gpu = pass.gpu.map(|spread| spread.median);
             row(pass.name, &pass.wall, pass.share, gpu)

@@ -385,9 +385,8 @@ mod tests {
             |count: &dyn Fn(&Shader) -> u32| shaders::ALL.iter().map(|s| count(s)).max().unwrap();
         let count = |s: &Shader, kind| s.bindings.iter().filter(|b| b.kind == kind).count() as u32;
         let most_of = |kind| most(&|s| count(s, kind));
-        let sampled = |s: &Shader| {
-            count(s, BindingKind::SampledImage) + count(s, BindingKind::TexelBuffer)
-        };
+        let sampled =
+            |s: &Shader| count(s, BindingKind::SampledImage) + count(s, BindingKind::TexelBuffer);
         let limits = vk::PhysicalDeviceLimits {
             max_per_stage_descriptor_storage_buffers: most_of(BindingKind::StorageBuffer),
             max_per_stage_descriptor_storage_images: most_of(BindingKind::StorageImage),

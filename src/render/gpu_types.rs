@@ -73,10 +73,13 @@ mirrors! {
         conic: Vec3, tolerance: f32, peak: Vec3, base: i32, occluder: Vec3, stride: i32,
         occluder_normal: Vec3, growth: f32,
     }
-    Facet { triangle: u32, place: u32, corner0: u32, corner1: u32, corner2: u32, }
+    Facet {
+        triangle: u32, place: u32, corner0: u32, corner1: u32,
+        corner2: u32, exposed: f32, unused0: u32, unused1: u32,
+    }
     FacetCorner { triangle: u32, s: f32, t: f32, }
     FacetPatches { division: u32, targets: u32, }
-    FacetImage { flux: f32, deviation_longest: u32, height_blur: u32, }
+    FacetImage { flux: f32, deviation_longest: u32, height_blur: u32, profile: f32, }
     ReceiverShare { flux: f32, patch_share: f32, error: f32, is_limited: u32, }
     TriangleSplat {
         to_box: Vec4, corners01: Vec4, corner2: Vec2, density12: Vec2,
@@ -97,8 +100,8 @@ mirrors! {
         error: f32, patch_share: f32, patch_budget: u32, is_lattice: u32, first_splat: u32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
-    NumberPush { count: u32, }
-    ScanPush { block_count: u32, batches: u32, batch_size: u32, }
+    NumberPush { count: u32, is_limited: u32, }
+    ScanPush { count: u32, is_limited: u32, batches: u32, batch_size: u32, }
     CompactPush { pair_count: u32, slots: u32, }
     LevelsPush { receiver_count: u32, rows: u32, }
     DilatePush { receiver: u32, first_row: u32, }
@@ -156,22 +159,27 @@ mod tests {
             .collect()
     }
 
-    /// Structs in texel buffers, which the SPIR-V does not name: `texel_buffers.glsl` reads them texel by texel.
-    const IN_TEXELS: &[&str] = &["Triangle", "Normals", "Grid", "Node"];
+    /// Structs in texel buffers only, which the SPIR-V does not name: `texel_buffers.glsl` makes them of words in order.
+    const IN_TEXELS: &[&str] = &["Triangle", "Normals", "Grid", "Node", "Facet"];
 
-    /// The fields of these structs fill their texels, in the order in which `texel_buffers.glsl` passes them on.
+    /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.
     #[test]
-    fn structs_in_texels_have_no_gaps() {
+    fn structs_in_texels_have_the_fields_of_glsl() {
+        let glsl = include_str!("../../glsl/shared/gpu_types.glsl");
         for mirror in MIRRORS {
             if !IN_TEXELS.contains(&mirror.name) {
                 continue;
             }
-            let ends = mirror.fields.iter().skip(1).map(|(_, offset)| *offset);
-            let ends = ends.chain([mirror.size]);
-            for ((name, start), end) in mirror.fields.iter().zip(ends) {
-                let words = if start % 16 == 0 { 3 } else { 1 };
-                assert_eq!(end - start, 4 * words, "{}.{name}", mirror.name);
-            }
+            let start = format!("struct {} {{\n", mirror.name);
+            let (_, rest) = glsl.split_once(&start).expect(mirror.name);
+            let (body, _) = rest.split_once("};").expect(mirror.name);
+            let fields: Vec<_> = (body.lines())
+                .flat_map(|line| line.split("//").next().unwrap_or("").split(';'))
+                .filter_map(|field| field.split_whitespace().last())
+                .collect();
+            let names: Vec<_> = mirror.fields.iter().map(|(name, _)| *name).collect();
+            assert_eq!(names, fields, "{}", mirror.name);
+            assert_eq!(mirror.size % 16, 0, "{}", mirror.name);
         }
     }
 

@@ -6,8 +6,8 @@ use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{Facet, FacetCorner};
 use crate::render::settings::{Method, Settings};
-use crate::scene::Scene;
-use std::collections::HashMap;
+use crate::scene::{Mesh, Scene};
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// Facets to aim for, over the number of samples: coarser casters are divided. Patches of a facet are of one size, and
@@ -86,9 +86,17 @@ fn facets(
     let (mut facets, mut corners) = (Vec::new(), Vec::new());
     for (index, object) in scene.specular_objects() {
         let mesh = object.geometry.mesh();
+        let exposed = exposed_edges(&mesh);
         // The corner of each vertex of the mesh, where facets share it.
         let mut of_vertex = vec![u32::MAX; mesh.positions.len()];
-        for (vertices, &triangle) in mesh.triangles.iter().zip(store.indices(index)) {
+        for (number, (vertices, &triangle)) in
+            (mesh.triangles.iter().zip(store.indices(index))).enumerate()
+        {
+            let [along, up] = [
+                store.triangles[triangle as usize].edge1,
+                store.triangles[triangle as usize].edge2,
+            ];
+            let sides = [along.length(), up.distance(along), up.length()];
             let share = f64::from(store.triangles[triangle as usize].area()) / area;
             let size = (min_facets * share).sqrt().round().min(MAX_SIZE.into()) as u32;
             let size = size.max(1);
@@ -120,12 +128,20 @@ fn facets(
                         0 => [corner(i, j), corner(i + 1, j), corner(i, j + 1)],
                         _ => [corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)],
                     };
+                    let upright = column % 2 == 0;
+                    let on_side = [row == 0, i + row + 1 == size, i == 0];
+                    let exposed: f32 = (0..3)
+                        .filter(|&side| upright && on_side[side] && exposed[number][side])
+                        .map(|side| sides[side])
+                        .sum();
                     facets.push(Facet {
                         triangle,
                         place: part | size << 16,
                         corner0,
                         corner1,
                         corner2,
+                        exposed: exposed / sides.iter().sum::<f32>(),
+                        ..Default::default()
                     });
                     part += 1;
                 }
@@ -133,4 +149,72 @@ fn facets(
         }
     }
     (facets, corners)
+}
+
+/// For the sides 01, 12 and 20 of each flat triangle, whether the surface ends or bends there: no other triangle has the side
+/// with the same normals. False for triangles with interpolated normals.
+fn exposed_edges(mesh: &Mesh) -> Vec<[bool; 3]> {
+    let flat: Vec<bool> = (mesh.triangles.iter())
+        .map(|corners| {
+            let [a, b, c] = corners.map(|corner| mesh.normals[corner as usize]);
+            a == b && b == c
+        })
+        .collect();
+    let mut found = vec![[false; 3]; mesh.triangles.len()];
+    if !flat.contains(&true) {
+        return found;
+    }
+    // Vertices with the same place and normal count as one.
+    let mut numbers = HashMap::new();
+    let mut number_of = |vertex: u32| {
+        let [place, normal] = [
+            mesh.positions[vertex as usize],
+            mesh.normals[vertex as usize],
+        ];
+        let bits = [place, normal].map(|v| v.to_array().map(f64::to_bits));
+        let next = numbers.len();
+        *numbers.entry(bits).or_insert(next)
+    };
+    let welded: Vec<[usize; 3]> = (mesh.triangles.iter().zip(&flat))
+        .map(|(corners, &flat)| match flat {
+            true => corners.map(&mut number_of),
+            false => [0; 3],
+        })
+        .collect();
+    let sides = |[a, b, c]: [usize; 3]| [(a, b), (b, c), (c, a)];
+    let directed: HashSet<(usize, usize)> = (welded.iter().zip(&flat))
+        .filter(|(_, flat)| **flat)
+        .flat_map(|(corners, _)| sides(*corners))
+        .collect();
+    for ((exposed, corners), flat) in found.iter_mut().zip(welded).zip(flat) {
+        // The neighbour has the side in the other direction.
+        *exposed = sides(corners).map(|(a, b)| flat && !directed.contains(&(b, a)));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// Two triangles make a flat square, a third folds up from its side: the diagonal alone is hidden.
+    #[test]
+    fn a_surface_bends_and_ends_at_exposed_edges() {
+        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
+        let positions = vec![DVec3::ZERO, x, x + y, y, y, x + y, y + z];
+        let normals = [vec![z; 4], vec![-y; 3]].concat();
+        let mesh = Mesh {
+            positions,
+            normals,
+            triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]],
+            ..Default::default()
+        };
+        let expected = [[true, true, false], [false, true, true], [true; 3]];
+        assert_eq!(exposed_edges(&mesh), expected);
+        // Interpolated normals hide every edge.
+        let normals = vec![x, y, z, z, x, y, z];
+        let smooth = Mesh { normals, ..mesh };
+        assert_eq!(exposed_edges(&smooth), [[false; 3]; 3]);
+    }
 }

@@ -12,32 +12,41 @@ use std::sync::Arc;
 pub struct PrefixSums {
     number: BoundPipeline,
     scan: BoundPipeline,
+    is_limited: bool,
 }
 
 impl PrefixSums {
-    /// Of `numbers`; `block_sums` and `totals` are written, too.
+    /// Of `numbers`; `block_sums` and `totals` are written, too. If there are `units`, there are at most as many numbers as units
+    /// in these totals.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
     pub fn new(
         context: &Arc<Context>,
         scene: &DeviceScene,
-        numbers: &Buffer,
-        block_sums: &Buffer,
-        totals: &Buffer,
+        [numbers, block_sums, totals]: [&Buffer; 3],
+        units: Option<&Buffer>,
     ) -> Result<Self> {
-        let [numbers, block_sums, totals] = [numbers, block_sums, totals].map(Resource::Buffer);
-        let in_blocks = [("numbers", numbers), ("block_sums", block_sums)];
-        let over_blocks = [("block_sums", block_sums), ("totals", totals)];
+        let own = [
+            ("numbers", numbers),
+            ("block_sums", block_sums),
+            ("totals", totals),
+            ("unit_totals", units.unwrap_or(block_sums)),
+        ]
+        .map(|(name, buffer)| (name, Resource::Buffer(buffer)));
         Ok(Self {
-            number: scene.compute(context, &shaders::NUMBER_COMP, &in_blocks)?,
-            scan: scene.compute(context, &shaders::SCAN_COMP, &over_blocks)?,
+            number: scene.compute(context, &shaders::NUMBER_COMP, &own)?,
+            scan: scene.compute(context, &shaders::SCAN_COMP, &own)?,
+            is_limited: units.is_some(),
         })
     }
 
-    /// Sums within blocks of `count` numbers.
+    /// Sums within blocks of at most `count` numbers.
     pub fn record_number(&self, recorder: &mut Recorder, count: u32) {
-        let push = NumberPush { count };
+        let push = NumberPush {
+            count,
+            is_limited: u32::from(self.is_limited),
+        };
         let blocks = count.div_ceil(SPLAT_GROUP);
         recorder.dispatch(&self.number, &push, threads(blocks));
     }
@@ -50,7 +59,8 @@ impl PrefixSums {
         [batches, batch_size]: [u32; 2],
     ) {
         let push = ScanPush {
-            block_count: count.div_ceil(SPLAT_GROUP),
+            count,
+            is_limited: u32::from(self.is_limited),
             batches,
             batch_size,
         };

@@ -44,7 +44,6 @@ pub struct Triangles {
     project: BoundPipeline,
     draw: BoundPipeline,
     visibility: Buffer,
-    splat_numbers: Buffer,
     quads: Buffer,
     /// Arguments of the passes over patches, and over triangles.
     patch_totals: Buffer,
@@ -197,23 +196,20 @@ impl Triangles {
             patch_sums: PrefixSums::new(
                 context,
                 scene,
-                &patch_numbers,
-                &patch_sums,
-                &patch_totals,
+                [&patch_numbers, &patch_sums, &patch_totals],
+                None,
             )?,
             trace_corners: compute(&shaders::TRACE_CORNERS_COMP, &all)?,
             patch_count: compute(&shaders::PATCH_COUNT_COMP, &all)?,
             splat_sums: PrefixSums::new(
                 context,
                 scene,
-                &splat_numbers,
-                &splat_sums,
-                &splat_totals,
+                [&splat_numbers, &splat_sums, &splat_totals],
+                Some(&patch_totals),
             )?,
             project: compute(&shaders::PROJECT_TRIANGLES_COMP, &all)?,
             draw: BoundPipeline::graphics(context, vertex, fragment, topology, &splats)?,
             visibility,
-            splat_numbers,
             quads,
             patch_totals,
             splat_totals,
@@ -266,10 +262,9 @@ impl Triangles {
         recorder.dispatch(pipeline, &push, threads(pairs(scene, group)));
     }
 
-    /// Clears the marks of the corners, and the numbers that no patch will write.
+    /// Clears the marks of the corners.
     pub fn record_clear(&self, recorder: &mut Recorder) {
         recorder.zero(&self.visibility);
-        recorder.zero(&self.splat_numbers);
     }
 
     /// Finds the flux of every facet on every receiver.
