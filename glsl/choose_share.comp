@@ -49,6 +49,7 @@ void main() {
             float here = log2(error_at(chosen));
             chosen -= clamp((log2(aim) - here) / max(before - here, 1e-6), 0.0, 1.0);
         }
+        chosen = max(chosen, min(log2(FIRST_SHARE * MIN_PATCHES_PER_ERROR / push.error), finest));
     }
     ReceiverShare share = shares[receiver];
     share.patch_share = FIRST_SHARE * exp2(-chosen);

@@ -43,6 +43,9 @@ const float SHARPEST = 7.0;
 // Level k of patch shares is FIRST_SHARE / 2^k.
 const uint SHARE_LEVELS = 14;
 const float FIRST_SHARE = 0.0078125;
+// A receiver's light is divided into at least this number of patches over the error to aim for: what blocks or bends light between
+// corners that agree goes unseen by the estimate.
+const float MIN_PATCHES_PER_ERROR = 8.0;
 // Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
 const float MAX_TRIANGLES_PER_PATCH = 24.0;
 // `TriangleSplat.upper` of a splat that is drawn as the triangle around it, not as a rectangle.

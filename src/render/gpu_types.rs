@@ -160,7 +160,16 @@ mod tests {
     }
 
     /// Structs in texel buffers only, which the SPIR-V does not name: `texel_buffers.glsl` makes them of words in order.
-    const IN_TEXELS: &[&str] = &["Triangle", "Normals", "Grid", "Node", "Facet"];
+    const IN_TEXELS: &[&str] = &[
+        "Triangle",
+        "Normals",
+        "Grid",
+        "Node",
+        "Object",
+        "Light",
+        "PlanarReceiver",
+        "Facet",
+    ];
 
     /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.
     #[test]

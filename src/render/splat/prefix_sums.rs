@@ -27,16 +27,13 @@ impl PrefixSums {
         [numbers, block_sums, totals]: [&Buffer; 3],
         units: Option<&Buffer>,
     ) -> Result<Self> {
-        let own = [
-            ("numbers", numbers),
-            ("block_sums", block_sums),
-            ("totals", totals),
-            ("unit_totals", units.unwrap_or(block_sums)),
-        ]
-        .map(|(name, buffer)| (name, Resource::Buffer(buffer)));
+        let [numbers, sums, totals] = [numbers, block_sums, totals].map(Resource::Buffer);
+        let units_bound = ("unit_totals", units.map_or(sums, Resource::Buffer));
+        let in_blocks = [("numbers", numbers), ("block_sums", sums), units_bound];
+        let over_blocks = [("block_sums", sums), ("totals", totals), units_bound];
         Ok(Self {
-            number: scene.compute(context, &shaders::NUMBER_COMP, &own)?,
-            scan: scene.compute(context, &shaders::SCAN_COMP, &own)?,
+            number: scene.compute(context, &shaders::NUMBER_COMP, &in_blocks)?,
+            scan: scene.compute(context, &shaders::SCAN_COMP, &over_blocks)?,
             is_limited: units.is_some(),
         })
     }
