@@ -66,7 +66,7 @@
 //! [`output`] writes files whole or not at all.
 //!
 //! [`mod@reference`] computes the same light maps on the CPU in f64, unbiased, with a standard error for
-//! every texel, and keeps them on disk. It imports neither `gpu` nor `render`; its law of reflection is in
+//! every texel, and the camera's view, and keeps them on disk. It imports neither `gpu` nor `render`; its law of reflection is in
 //! [`optics`].
 //!
 //! [`measure`] compares images and sequences with a reference, and sums up the times of passes.

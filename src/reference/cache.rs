@@ -1,15 +1,16 @@
 //! References kept on disk between runs, as they take minutes.
 //!
-//! An entry is found by a hash of all that the solution depends on: geometry, mirrors, lights,
-//! the pixels of environments, receiver, texels, options and [`VERSION`]. Names, the camera and
-//! the colours of diffuse surfaces do not count. A file holds a checksum and the numbers; one that
-//! is damaged is made again.
+//! An entry is found by a hash of all that the solution depends on: geometry, mirrors, lights, the pixels of
+//! environments, receiver, texels, options and [`VERSION`]. Names, the camera and the colours of diffuse
+//! surfaces do not count for a light map; for a view, camera and colours do. A file holds a checksum and the
+//! numbers; one that is damaged is made again.
 
+use super::view::{View, view};
 use super::{Map, Options, Progress, Reference, VERSION, caustic};
 use crate::error::Result;
 use crate::output::write_atomically;
 use crate::scene::{
-    Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Unwrapping,
+    Camera, Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Unwrapping,
 };
 use blake3::{Hash, Hasher};
 use glam::DVec3;
@@ -17,10 +18,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-/// What [`cached_caustic`] found or computed.
+/// What [`cached_caustic`] or [`cached_view`] found or computed.
 #[derive(Debug)]
-pub struct Cached {
-    pub reference: Reference,
+pub struct Cached<T = Reference> {
+    pub reference: T,
     /// Whether an earlier run had computed it.
     pub from_cache: bool,
     /// Of an entry that was damaged and is made again, and of a folder that cannot be written.
@@ -41,17 +42,41 @@ pub fn cached_caustic(
     cancel: &AtomicBool,
 ) -> Result<Cached> {
     super::check(texels, options)?;
-    let entry = (dirs::cache_dir()).map(|cache| {
-        let key = key(scene, receiver, texels, options);
-        Entry::new(&cache.join("nephroid/references"), key)
-    });
     let is_receiver = scene
         .light_maps()
         .iter()
         .any(|(index, _)| *index == receiver);
+    let entry = Entry::of(|| key(scene, receiver, texels, options)).filter(|_| is_receiver);
+    cached(entry, texels, || {
+        caustic(scene, receiver, texels, options, progress, cancel)
+    })
+}
+
+/// [`view`], or what it found for the same input before, kept as by [`cached_caustic`].
+///
+/// # Errors
+/// As [`view`].
+pub fn cached_view(
+    scene: &Scene,
+    size: [u32; 2],
+    options: &Options,
+    progress: &mut dyn FnMut(&Progress),
+    cancel: &AtomicBool,
+) -> Result<Cached<View>> {
+    super::view::check(size, options)?;
+    let entry = Entry::of(|| view_key(scene, size, options));
+    cached(entry, size, || view(scene, size, options, progress, cancel))
+}
+
+/// What the entry holds, or what `compute` does, which is kept there.
+fn cached<T: Kept>(
+    entry: Option<Entry>,
+    size: [u32; 2],
+    compute: impl FnOnce() -> Result<T>,
+) -> Result<Cached<T>> {
     let mut warnings = Vec::new();
-    if let Some(entry) = entry.as_ref().filter(|_| is_receiver) {
-        match entry.read(texels) {
+    if let Some(entry) = &entry {
+        match entry.read(size) {
             Ok(Some(reference)) => {
                 return Ok(Cached {
                     reference,
@@ -66,7 +91,7 @@ pub fn cached_caustic(
             )),
         }
     }
-    let reference = caustic(scene, receiver, texels, options, progress, cancel)?;
+    let reference = compute()?;
     let kept = match &entry {
         Some(entry) => entry.write(&reference).map_err(|e| e.to_string()),
         None => Err("the user has no cache folder".into()),
@@ -105,15 +130,73 @@ struct Entry {
 /// Relative error, samples, received flux.
 const HEADER_VALUES: usize = 5;
 
+type Header = [f64; HEADER_VALUES];
+
+/// What an entry can hold: a header, and two maps of one size.
+trait Kept {
+    fn split(&self) -> (Header, [&Map; 2]);
+    fn join(size: [u32; 2], header: Header, maps: [Map; 2]) -> Self;
+}
+
+impl Kept for Reference {
+    fn split(&self) -> (Header, [&Map; 2]) {
+        let [r, g, b] = self.received_flux;
+        let samples = f64::from_bits(self.samples);
+        let header = [self.relative_error, samples, r, g, b];
+        (header, [&self.irradiance, &self.standard_error])
+    }
+
+    fn join([width, height]: [u32; 2], header: Header, maps: [Map; 2]) -> Self {
+        let [irradiance, standard_error] = maps;
+        let [relative_error, samples, r, g, b] = header;
+        Self {
+            width,
+            height,
+            irradiance,
+            standard_error,
+            relative_error,
+            samples: samples.to_bits(),
+            received_flux: [r, g, b],
+        }
+    }
+}
+
+/// Its received flux is 0.
+impl Kept for View {
+    fn split(&self) -> (Header, [&Map; 2]) {
+        let samples = f64::from_bits(self.samples);
+        let header = [self.relative_error, samples, 0.0, 0.0, 0.0];
+        (header, [&self.radiance, &self.standard_error])
+    }
+
+    fn join([width, height]: [u32; 2], header: Header, maps: [Map; 2]) -> Self {
+        let [radiance, standard_error] = maps;
+        let [relative_error, samples, ..] = header;
+        Self {
+            width,
+            height,
+            radiance,
+            standard_error,
+            relative_error,
+            samples: samples.to_bits(),
+        }
+    }
+}
+
 impl Entry {
     fn new(folder: &Path, key: Hash) -> Self {
         let file = folder.join(format!("{key}.bin"));
         Self { file, key }
     }
 
+    /// In the user's cache folder, where there is one.
+    fn of(key: impl FnOnce() -> Hash) -> Option<Self> {
+        (dirs::cache_dir()).map(|cache| Self::new(&cache.join("nephroid/references"), key()))
+    }
+
     /// `None` where there is no such file, and a reason where there is a bad one. The sides are those of
-    /// a light map.
-    fn read(&self, [width, height]: [u32; 2]) -> Result<Option<Reference>, String> {
+    /// a light map or a view.
+    fn read<T: Kept>(&self, [width, height]: [u32; 2]) -> Result<Option<T>, String> {
         let texels = width as usize * height as usize;
         let length = blake3::OUT_LEN + 8 * (HEADER_VALUES + 6 * texels);
         let found = match std::fs::metadata(&self.file) {
@@ -130,25 +213,19 @@ impl Entry {
             return Err(damaged());
         }
         let values: Vec<f64> = bytemuck::pod_collect_to_vec(data);
-        let (header, maps) = values.split_at(HEADER_VALUES);
+        let (header, maps) = (values.split_first_chunk()).expect("the length was checked");
         let map = |values: &[f64]| -> Map { values.as_chunks().0.to_vec() };
-        let (irradiance, standard_error) = maps.split_at(3 * texels);
-        Ok(Some(Reference {
-            width,
-            height,
-            irradiance: map(irradiance),
-            standard_error: map(standard_error),
-            relative_error: header[0],
-            samples: header[1].to_bits(),
-            received_flux: [header[2], header[3], header[4]],
-        }))
+        let (mean, standard_error) = maps.split_at(3 * texels);
+        let maps = [map(mean), map(standard_error)];
+        Ok(Some(T::join([width, height], *header, maps)))
     }
 
-    fn write(&self, reference: &Reference) -> Result<()> {
-        let mut values = vec![reference.relative_error, f64::from_bits(reference.samples)];
-        values.extend(reference.received_flux);
-        values.extend(reference.irradiance.as_flattened());
-        values.extend(reference.standard_error.as_flattened());
+    fn write(&self, kept: &impl Kept) -> Result<()> {
+        let (header, maps) = kept.split();
+        let mut values = header.to_vec();
+        for map in maps {
+            values.extend(map.as_flattened());
+        }
         let data: &[u8] = bytemuck::cast_slice(&values);
         // Where this fails, so does the writing, which says why.
         let _ = std::fs::create_dir_all(self.file.parent().expect("a file in a folder"));
@@ -161,65 +238,43 @@ impl Entry {
     }
 }
 
-/// Hash of all that the solution depends on. The patterns name every field, so that a new one is
+/// Hash of all that a light map depends on. The patterns name every field, so that a new one is
 /// not forgotten.
 fn key(scene: &Scene, receiver: usize, texels: [u32; 2], options: &Options) -> Hash {
     let mut feed = Feed(Hasher::new());
     feed.number(VERSION.into());
     feed.number(receiver as u64);
     texels.iter().for_each(|&side| feed.number(side.into()));
-    let Options {
-        error,
-        max_samples,
-        seed,
-    } = *options;
-    feed.values(&[error]);
-    feed.number(max_samples);
-    feed.number(seed.into());
-    let Scene {
-        lights,
-        materials,
-        objects,
-        camera: _,
-    } = scene;
-    feed.number(lights.len() as u64);
-    lights.iter().for_each(|light| feed.light(light));
-    for (index, object) in objects.iter().enumerate() {
-        let Object {
-            material,
-            geometry,
-            blocks_light,
-            name: _,
-            light_map: _,
-            unwrapping,
-        } = object;
-        feed.number((*blocks_light).into());
-        match &materials[*material].kind {
-            MaterialKind::Mirror { reflectance } => {
-                feed.number(0);
-                feed.vectors(&[*reflectance]);
-            }
-            MaterialKind::Diffuse { albedo: _ } => feed.number(1),
-            MaterialKind::Conductor { index, extinction } => {
-                feed.number(2);
-                feed.vectors(&[*index, *extinction]);
-            }
-            MaterialKind::Dielectric { ior } => {
-                feed.number(3);
-                feed.values(&[*ior]);
-            }
-        }
-        feed.geometry(geometry);
-        // What a receiver's light map is laid out from.
-        if let Some(unwrapping) = unwrapping.as_ref().filter(|_| index == receiver) {
-            let Unwrapping { rest, own } = unwrapping.as_ref();
-            feed.geometry(&Geometry::Mesh(rest.clone()));
-            feed.number(own.len() as u64);
-            for uv in own.as_flattened() {
-                feed.values(&uv.to_array());
-            }
+    feed.options(options);
+    // What the receiver's light map is laid out from.
+    feed.scene(scene, |index| index == receiver);
+    feed.0.finalize()
+}
+
+/// Hash of all that a view depends on.
+fn view_key(scene: &Scene, size: [u32; 2], options: &Options) -> Hash {
+    let mut feed = Feed(Hasher::new());
+    // No receiver has this number.
+    feed.number(VERSION.into());
+    feed.number(u64::MAX);
+    size.iter().for_each(|&side| feed.number(side.into()));
+    feed.options(options);
+    feed.scene(scene, |index| scene.objects[index].light_map.is_some());
+    for object in &scene.objects {
+        let texels = object.light_map.unwrap_or_default();
+        texels.iter().for_each(|&side| feed.number(side.into()));
+        if let MaterialKind::Diffuse { albedo } = &scene.materials[object.material].kind {
+            feed.vectors(&[*albedo]);
         }
     }
+    let Camera {
+        position,
+        target,
+        fov,
+        exposure_ev: _,
+    } = scene.camera;
+    feed.vectors(&[position, target]);
+    feed.values(&[fov]);
     feed.0.finalize()
 }
 
@@ -227,6 +282,65 @@ fn key(scene: &Scene, receiver: usize, texels: [u32; 2], options: &Options) -> H
 struct Feed(Hasher);
 
 impl Feed {
+    fn options(&mut self, options: &Options) {
+        let Options {
+            error,
+            max_samples,
+            seed,
+        } = *options;
+        self.values(&[error]);
+        self.number(max_samples);
+        self.number(seed.into());
+    }
+
+    /// All but the camera and the colours of diffuse surfaces; what objects' light maps are laid out from
+    /// for those that `unwraps`.
+    fn scene(&mut self, scene: &Scene, unwraps: impl Fn(usize) -> bool) {
+        let Scene {
+            lights,
+            materials,
+            objects,
+            camera: _,
+        } = scene;
+        self.number(lights.len() as u64);
+        lights.iter().for_each(|light| self.light(light));
+        for (index, object) in objects.iter().enumerate() {
+            let Object {
+                material,
+                geometry,
+                blocks_light,
+                name: _,
+                light_map: _,
+                unwrapping,
+            } = object;
+            self.number((*blocks_light).into());
+            match &materials[*material].kind {
+                MaterialKind::Mirror { reflectance } => {
+                    self.number(0);
+                    self.vectors(&[*reflectance]);
+                }
+                MaterialKind::Diffuse { albedo: _ } => self.number(1),
+                MaterialKind::Conductor { index, extinction } => {
+                    self.number(2);
+                    self.vectors(&[*index, *extinction]);
+                }
+                MaterialKind::Dielectric { ior } => {
+                    self.number(3);
+                    self.values(&[*ior]);
+                }
+            }
+            self.geometry(geometry);
+            if let Some(unwrapping) = unwrapping.as_ref().filter(|_| unwraps(index)) {
+                let Unwrapping { rest, own } = unwrapping.as_ref();
+                self.geometry(&Geometry::Mesh(rest.clone()));
+                self.number(own.len() as u64);
+                for uv in own.as_flattened() {
+                    self.values(&uv.to_array());
+                }
+            }
+        }
+    }
+
     fn number(&mut self, number: u64) {
         self.0.update(&number.to_le_bytes());
     }
@@ -338,10 +452,10 @@ mod tests {
             &folder.path().join("new/folder"),
             key(&scene("mirror.toml"), 1, [8, 8], &options),
         );
-        assert!(entry.read([8, 8]).unwrap().is_none());
+        assert!(entry.read::<Reference>([8, 8]).unwrap().is_none());
         let reference = solve(&options);
         entry.write(&reference).unwrap();
-        let read = entry.read([8, 8]).unwrap().unwrap();
+        let read: Reference = entry.read([8, 8]).unwrap().unwrap();
         assert_eq!(format!("{read:?}"), format!("{reference:?}"));
 
         let whole = std::fs::read(&entry.file).unwrap();
@@ -349,17 +463,17 @@ mod tests {
             let mut damaged = whole.clone();
             damaged[index] ^= 1;
             std::fs::write(&entry.file, damaged).unwrap();
-            assert!(entry.read([8, 8]).is_err(), "byte {index}");
+            assert!(entry.read::<Reference>([8, 8]).is_err(), "byte {index}");
             std::fs::write(&entry.file, &whole[..index]).unwrap();
-            assert!(entry.read([8, 8]).is_err(), "{index} bytes");
+            assert!(entry.read::<Reference>([8, 8]).is_err(), "{index} bytes");
         }
         std::fs::write(&entry.file, &whole).unwrap();
-        assert!(entry.read([8, 8]).unwrap().is_some());
-        assert!(entry.read([8, 4]).is_err());
+        assert!(entry.read::<Reference>([8, 8]).unwrap().is_some());
+        assert!(entry.read::<Reference>([8, 4]).is_err());
         // Under the name of another entry.
         let other = Entry::new(folder.path(), blake3::hash(b"another scene"));
         std::fs::write(&other.file, &whole).unwrap();
-        assert!(other.read([8, 8]).is_err());
+        assert!(other.read::<Reference>([8, 8]).is_err());
     }
 
     #[test]
@@ -477,6 +591,68 @@ mod tests {
             key(&scene, 1, [8, 4], &options),
             key(&scene, 0, [8, 4], &options)
         );
+    }
+
+    #[test]
+    fn a_view_knows_camera_and_colours_and_nothing_of_exposure() {
+        let plain = |change: Change| {
+            let (mut scene, mut options) = (scene("globe.toml"), Options::default());
+            change(&mut scene, &mut options);
+            view_key(&scene, [8, 4], &options)
+        };
+        let same = plain(|_, _| {});
+        let indifferent: &[Change] = &[
+            |s, _| s.camera.exposure_ev += 1.0,
+            |s, _| s.objects[0].name.push('x'),
+        ];
+        for (index, change) in indifferent.iter().enumerate() {
+            assert_eq!(plain(*change), same, "{index}");
+        }
+        let decisive: &[Change] = &[
+            |s, _| s.camera.position.x += 1e-12,
+            |s, _| s.camera.target.y += 1e-12,
+            |s, _| s.camera.fov *= 1.01,
+            |s, _| {
+                s.materials[1].kind = MaterialKind::Diffuse {
+                    albedo: DVec3::ZERO,
+                };
+            },
+            |s, _| s.objects[1].light_map = None,
+            |s, _| s.objects[1].light_map = Some([64, 64]),
+            |s, _| s.objects[1].unwrapping = None,
+            |s, _| s.objects[2].blocks_light ^= true,
+            |_, o| o.seed += 1,
+        ];
+        let mut keys = vec![same];
+        for (index, change) in decisive.iter().enumerate() {
+            let key = plain(*change);
+            assert!(!keys.contains(&key), "{index}");
+            keys.push(key);
+        }
+        let (scene, options) = (scene("globe.toml"), Options::default());
+        assert_ne!(
+            view_key(&scene, [4, 8], &options),
+            view_key(&scene, [8, 4], &options)
+        );
+        for receiver in 0..scene.objects.len() {
+            assert_ne!(key(&scene, receiver, [8, 4], &options), same);
+        }
+    }
+
+    #[test]
+    fn a_view_is_read_as_it_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let (scene, cancel) = (scene("mirror.toml"), AtomicBool::new(false));
+        let options = Options {
+            error: 0.5,
+            ..Options::default()
+        };
+        let entry = Entry::new(folder.path(), view_key(&scene, [6, 4], &options));
+        let made = view(&scene, [6, 4], &options, &mut |_| {}, &cancel).unwrap();
+        entry.write(&made).unwrap();
+        let read: View = entry.read([6, 4]).unwrap().unwrap();
+        assert_eq!(format!("{read:?}"), format!("{made:?}"));
+        assert!(entry.read::<View>([6, 5]).is_err());
     }
 
     /// Raise [`VERSION`] and change the figure when the reference's results change.

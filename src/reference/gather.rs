@@ -17,6 +17,7 @@ use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::lights::{Emitter, Environment};
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
 use crate::reference::receiver::ReceiverPoint;
+use crate::reference::rounds::{Method, power_of_two};
 use crate::reference::sequence::{sobol_4d, split_mix};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -34,6 +35,9 @@ const BY_AREA: f64 = 0.2;
 /// Blocks of texels along a side that choose patches alike: about as wide as [`NEAR`], within which
 /// the light of a patch changes little.
 const BLOCKS: u32 = 64;
+
+/// Fewest pairs of points of a replicate at a texel.
+const LEAST_PAIRS: u32 = 8;
 
 /// Texels between two reports of progress.
 const CHUNK: usize = 2048;
@@ -116,29 +120,6 @@ impl<'a> Gathering<'a> {
         &self.choices[row * width.div_ceil(block) + column]
     }
 
-    /// Pairs of points in [`Self::round`].
-    pub fn samples(&self, points: u32) -> u64 {
-        self.problem.receiver.texels() as u64 * u64::from(points) * u64::from(REPLICATES)
-    }
-
-    /// Irradiance from replicates of `points` pairs of points a texel, at most
-    /// [`super::sequence::SEQUENCE_LENGTH`]; calls `done` with numbers of pairs.
-    pub fn round(&self, points: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
-        let texels: Vec<usize> = (0..self.problem.receiver.texels()).collect();
-        let mut moments = Vec::with_capacity(texels.len());
-        for chunk in texels.chunks(CHUNK) {
-            let found: Result<Vec<Moments>> = (chunk.par_iter())
-                .map(|&texel| {
-                    self.problem.check_cancelled()?;
-                    Ok(self.texel(texel, points, seed))
-                })
-                .collect();
-            moments.extend(found?);
-            done(chunk.len() as u64 * u64::from(points) * u64::from(REPLICATES));
-        }
-        Ok(Estimate::from_moments(&moments))
-    }
-
     fn texel(&self, texel: usize, points: u32, seed: u32) -> Moments {
         let mut moments = Moments::default();
         let choice = self.choice_of(texel);
@@ -184,17 +165,27 @@ impl<'a> Gathering<'a> {
         Distribution::new(weights).expect("every patch has an area")
     }
 
-    /// The gathered share of L F V cosθ_x cosθ_y / d² over the density of x, W/m².
+    /// An estimate of the gathered irradiance at a random point of a texel, W/m².
     fn pair(&self, texel: usize, choice: &Distribution, [u0, u1, u2, u3]: [f64; 4]) -> DVec3 {
-        let Some(y) = self.problem.receiver.point(texel, u0, u1) else {
-            return DVec3::ZERO;
-        };
-        let (patch, u2) = choice.pick(u2);
+        (self.problem.receiver.point(texel, u0, u1)).map_or(DVec3::ZERO, |y| {
+            y.weight * self.irradiance(&y, choice, u2, u3)
+        })
+    }
+
+    /// An estimate of the gathered irradiance at a point in a texel, W/m², with two numbers that are uniform in
+    /// [0, 1).
+    pub fn irradiance_at(&self, y: &ReceiverPoint, texel: usize, u: f64, v: f64) -> DVec3 {
+        self.irradiance(y, self.choice_of(texel), u, v)
+    }
+
+    /// The gathered share of L F V cosθ_x cosθ_y / d² over the density of x, W/m².
+    fn irradiance(&self, y: &ReceiverPoint, choice: &Distribution, u: f64, v: f64) -> DVec3 {
+        let (patch, u) = choice.pick(u);
         let probability = choice.probability(patch);
         let patch = &self.patches[patch];
-        let (triangle, u2) = patch.by_area.pick(u2);
+        let (triangle, u) = patch.by_area.pick(u);
         let triangle = &patch.triangles[triangle];
-        let paths = self.transport(&y, triangle, u2, u3).into_iter().flatten();
+        let paths = self.transport(y, triangle, u, v).into_iter().flatten();
         let irradiance: DVec3 = paths
             .filter(|light| {
                 let blocked = |direction, length| {
@@ -204,7 +195,7 @@ impl<'a> Gathering<'a> {
             })
             .map(|light| light.irradiance)
             .sum();
-        y.weight * irradiance * patch.by_area.total() / probability
+        irradiance * patch.by_area.total() / probability
     }
 
     /// Light by reflection and by refraction at a point of a mirror to `y`, if nothing blocks it.
@@ -242,6 +233,34 @@ impl<'a> Gathering<'a> {
                 irradiance: radiance * source.share / source.compression * bounded,
             })
         })
+    }
+}
+
+impl Method for Gathering<'_> {
+    fn samples(&self, points: u32) -> u64 {
+        self.problem.receiver.texels() as u64 * u64::from(points) * u64::from(REPLICATES)
+    }
+
+    /// Irradiance from replicates of `points` pairs of points a texel, at most
+    /// [`super::sequence::SEQUENCE_LENGTH`].
+    fn round(&self, points: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
+        let texels: Vec<usize> = (0..self.problem.receiver.texels()).collect();
+        let mut moments = Vec::with_capacity(texels.len());
+        for chunk in texels.chunks(CHUNK) {
+            let found: Result<Vec<Moments>> = (chunk.par_iter())
+                .map(|&texel| {
+                    self.problem.check_cancelled()?;
+                    Ok(self.texel(texel, points, seed))
+                })
+                .collect();
+            moments.extend(found?);
+            done(chunk.len() as u64 * u64::from(points) * u64::from(REPLICATES));
+        }
+        Ok(Estimate::from_moments(&moments))
+    }
+
+    fn good_size(&self, wanted: f64) -> u32 {
+        power_of_two(wanted, LEAST_PAIRS)
     }
 }
 

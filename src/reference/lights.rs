@@ -55,10 +55,16 @@ pub struct Lamp {
 
 /// An equirectangular map of radiance, split into a bright and a dim part.
 pub struct Environment {
-    size: [usize; 2],
     /// RGB, W/m²/sr, with the light's scale.
     bright: Vec<DVec3>,
     dim: Vec<DVec3>,
+    /// In proportion to the bright part and a share of the dim part.
+    directions: Directions,
+}
+
+/// A distribution of directions, bilinear between the texels of an equirectangular map.
+pub struct Directions {
+    size: [usize; 2],
     /// rad
     rotation: f64,
     /// How much of the draws each texel gets; their mean is 1.
@@ -67,6 +73,9 @@ pub struct Environment {
     /// For each row; `None` where the row is black.
     column: Vec<Option<Distribution>>,
 }
+
+/// Four texels and their weights.
+type Taps = [(usize, f64); 4];
 
 impl Emitter {
     /// `None` for a light without power.
@@ -85,17 +94,9 @@ impl Emitter {
                     sine_of_radius: angular_radius.sin(),
                 })
             }),
-            LightKind::Lamp {
-                position,
-                radius,
-                radiant_flux,
-            } => (radiant_flux.max_element() > 0.0).then(|| {
-                Self::Lamp(Lamp {
-                    position: *position,
-                    radius: *radius,
-                    radiance: *radiant_flux / (4.0 * PI * PI * radius * radius),
-                })
-            }),
+            LightKind::Lamp { radiant_flux, .. } => Lamp::new(light)
+                .filter(|_| radiant_flux.max_element() > 0.0)
+                .map(Self::Lamp),
             LightKind::Environment {
                 map,
                 scale,
@@ -110,6 +111,16 @@ impl Emitter {
             Self::Sun(sun) => sun.draw(u, v),
             Self::Lamp(lamp) => lamp.draw(place, u, v),
             Self::Environment(environment) => environment.draw(u, v),
+        }
+    }
+
+    /// Radiance that comes from far away out of the unit direction `toward` the light, W/m²/sr. Suns that
+    /// are points are not seen, and lamps are not far away.
+    pub fn background(&self, toward: DVec3) -> DVec3 {
+        match self {
+            Self::Sun(sun) => sun.radiance_from(toward),
+            Self::Lamp(_) => DVec3::ZERO,
+            Self::Environment(environment) => environment.radiance(toward),
         }
     }
 
@@ -131,7 +142,9 @@ impl Emitter {
             }
             Self::Lamp(lamp) => lamp.flux_onto(triangle),
             // Half the irradiance of the whole sphere, halved again for the mean cosine.
-            Self::Environment(environment) => environment.row.total() * triangle.area / 4.0,
+            Self::Environment(environment) => {
+                environment.directions.row.total() * triangle.area / 4.0
+            }
         }
     }
 }
@@ -154,7 +167,49 @@ impl Sun {
     }
 }
 
+impl Sun {
+    fn radiance_from(&self, toward: DVec3) -> DVec3 {
+        // The length of the cross product keeps the digits of a small angle.
+        let inside = self.sine_of_radius > 0.0
+            && self.direction.dot(toward) > 0.0
+            && self.direction.cross(toward).length() <= self.sine_of_radius;
+        match inside {
+            true => self.irradiance / (PI * self.sine_of_radius.powi(2)),
+            false => DVec3::ZERO,
+        }
+    }
+}
+
 impl Lamp {
+    /// As the scene describes it; `None` for another light.
+    pub fn new(light: &Light) -> Option<Self> {
+        match light.kind {
+            LightKind::Lamp {
+                position,
+                radius,
+                radiant_flux,
+            } => Some(Self {
+                position,
+                radius,
+                radiance: radiant_flux / (4.0 * PI * PI * radius * radius),
+            }),
+            _ => None,
+        }
+    }
+
+    /// RGB, W/m²/sr.
+    pub fn radiance(&self) -> DVec3 {
+        self.radiance
+    }
+
+    /// Distance, m, at which a ray from outside meets the sphere.
+    pub fn meets(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
+        let way = self.position - origin;
+        let along = way.dot(direction);
+        let square = self.radius.powi(2) - (way - along * direction).length_squared();
+        (along > 0.0 && square >= 0.0).then(|| along - square.sqrt())
+    }
+
     /// Uniform in the solid angle of the sphere as seen from `place`, which its radiance fills evenly.
     fn draw(&self, place: DVec3, u: f64, v: f64) -> Direction {
         let way = self.position - place;
@@ -208,53 +263,27 @@ impl Environment {
         let radiance: Vec<DVec3> = (map.radiance.iter())
             .map(|&[r, g, b]| scale * DVec3::new(r.into(), g.into(), b.into()))
             .collect();
-        let solid_angle = |row: usize| {
-            let sine = (PI * (row as f64 + 0.5) / size[1] as f64).sin();
-            sine * TAU * PI / (size[0] * size[1]) as f64
-        };
         let total: DVec3 = (radiance.iter().enumerate())
-            .map(|(i, &radiance)| radiance * solid_angle(i / size[0]))
+            .map(|(i, &radiance)| radiance * solid_angle(size, i / size[0]))
             .sum();
         let limit = BRIGHT * total / (4.0 * PI);
         let dim: Vec<DVec3> = radiance.iter().map(|l| l.min(limit)).collect();
         let bright: Vec<DVec3> = (radiance.iter().zip(&dim)).map(|(l, d)| *l - *d).collect();
         // One third of the sum: the mean over the channels, W.
-        let mut density: Vec<f64> = (bright.iter().zip(&dim).enumerate())
+        let weights = (bright.iter().zip(&dim).enumerate())
             .map(|(i, (bright, dim))| {
-                (*bright + DIM_SHARE * *dim).element_sum() / 3.0 * solid_angle(i / size[0])
+                (*bright + DIM_SHARE * *dim).element_sum() / 3.0 * solid_angle(size, i / size[0])
             })
             .collect();
-        let row = Distribution::new(density.chunks(size[0]).map(|row| row.iter().sum()))?;
-        let column = (density.chunks(size[0]))
-            .map(|row| Distribution::new(row.iter().copied()))
-            .collect();
-        let mean = row.total() / density.len() as f64;
-        density.iter_mut().for_each(|density| *density /= mean);
         Some(Self {
-            size,
             bright,
             dim,
-            rotation,
-            density,
-            row,
-            column,
+            directions: Directions::new(size, rotation, weights)?,
         })
     }
 
-    /// Picks a texel, then a point under its tent: the density is the bilinear interpolation of
-    /// the texels' probabilities. At the top and bottom row the tent is folded back, which is
-    /// what clamping there gives.
     fn draw(&self, u: f64, v: f64) -> Direction {
-        let (row, v) = self.row.pick(v);
-        let (column, u) = self.column[row].as_ref().map_or((0, u), |c| c.pick(u));
-        let x = (column as f64 + 0.5 + tent(u)) / self.size[0] as f64;
-        let y = (row as f64 + 0.5 + tent(v)) / self.size[1] as f64;
-        let y = if y > 1.0 { 2.0 - y } else { y.abs() };
-        let ((sine, cosine), azimuth) = ((PI * y).sin_cos(), TAU * x + self.rotation);
-        let direction = DVec3::new(sine * azimuth.sin(), cosine, -sine * azimuth.cos());
-        let taps = self.taps(x, y);
-        let density = taps.iter().map(|&(i, w)| w * self.density[i]).sum::<f64>();
-        let steradians = TAU * PI * sine / density;
+        let (direction, steradians, taps) = self.directions.draw(u, v);
         Direction {
             direction,
             distance: f64::INFINITY,
@@ -263,15 +292,99 @@ impl Environment {
         }
     }
 
+    /// Directions in proportion to about the radiance times the cosine to the unit vector `normal`, with
+    /// which no light from before it is missed; `None` where there is none.
+    pub fn onto(&self, normal: DVec3) -> Option<Directions> {
+        let Directions { size, rotation, .. } = self.directions;
+        // Bilinear interpolation carries a texel's radiance to the middle of the next.
+        let slack = 2.0 * PI / size[1].min(size[0]) as f64;
+        let weights = (self.bright.iter().zip(&self.dim).enumerate())
+            .map(|(i, (bright, dim))| {
+                let x = ((i % size[0]) as f64 + 0.5) / size[0] as f64;
+                let y = ((i / size[0]) as f64 + 0.5) / size[1] as f64;
+                let cosine = direction_at(x, y, rotation).dot(normal) + slack;
+                let flux = (*bright + *dim).element_sum() * solid_angle(size, i / size[0]);
+                flux * cosine.max(0.0)
+            })
+            .collect();
+        Directions::new(size, rotation, weights)
+    }
+
+    /// Texels.
+    pub fn texels(&self) -> usize {
+        self.dim.len()
+    }
+
+    /// The directions of [`Emitter::draw`].
+    pub fn directions(&self) -> &Directions {
+        &self.directions
+    }
+
     /// Dim part of the radiance from `direction` (unit vector toward the light), W/m²/sr.
     pub fn dim_radiance(&self, direction: DVec3) -> DVec3 {
+        interpolate(&self.dim, &self.directions.taps_of(direction))
+    }
+
+    /// Radiance from `direction` (unit vector toward the light), W/m²/sr.
+    pub fn radiance(&self, direction: DVec3) -> DVec3 {
+        let taps = self.directions.taps_of(direction);
+        interpolate(&self.dim, &taps) + interpolate(&self.bright, &taps)
+    }
+}
+
+impl Directions {
+    /// In proportion to `weights` of the texels; `None` where all are zero.
+    fn new(size: [usize; 2], rotation: f64, weights: Vec<f64>) -> Option<Self> {
+        let mut density = weights;
+        let row = Distribution::new(density.chunks(size[0]).map(|row| row.iter().sum()))?;
+        let column = (density.chunks(size[0]))
+            .map(|row| Distribution::new(row.iter().copied()))
+            .collect();
+        let mean = row.total() / density.len() as f64;
+        density.iter_mut().for_each(|density| *density /= mean);
+        Some(Self {
+            size,
+            rotation,
+            density,
+            row,
+            column,
+        })
+    }
+
+    /// Picks a texel, then a point under its tent: the density is the bilinear interpolation of the texels'
+    /// probabilities. At the top and bottom row the tent is folded back, which is what clamping there gives.
+    /// Returns the direction, one over its probability density in steradians, and the texels around it.
+    fn draw(&self, u: f64, v: f64) -> (DVec3, f64, Taps) {
+        let (row, v) = self.row.pick(v);
+        let (column, u) = self.column[row].as_ref().map_or((0, u), |c| c.pick(u));
+        let x = (column as f64 + 0.5 + tent(u)) / self.size[0] as f64;
+        let y = (row as f64 + 0.5 + tent(v)) / self.size[1] as f64;
+        let y = if y > 1.0 { 2.0 - y } else { y.abs() };
+        let taps = self.taps(x, y);
+        let density = interpolate_density(&self.density, &taps);
+        let steradians = TAU * PI * (PI * y).sin() / density;
+        (direction_at(x, y, self.rotation), steradians, taps)
+    }
+
+    /// Draws a direction with two numbers that are uniform in [0, 1).
+    pub fn pick(&self, u: f64, v: f64) -> DVec3 {
+        self.draw(u, v).0
+    }
+
+    /// With which a direction is drawn, per steradian.
+    pub fn density(&self, direction: DVec3) -> f64 {
+        let sine = direction.x.hypot(direction.z);
+        interpolate_density(&self.density, &self.taps_of(direction)) / (TAU * PI * sine)
+    }
+
+    fn taps_of(&self, direction: DVec3) -> Taps {
         let azimuth = direction.x.atan2(-direction.z) - self.rotation;
         let y = direction.y.clamp(-1.0, 1.0).acos() / PI;
-        interpolate(&self.dim, &self.taps(azimuth / TAU, y))
+        self.taps(azimuth / TAU, y)
     }
 
     /// The four texels around (x, y) in [0, 1]², and their weights. x wraps, y clamps.
-    fn taps(&self, x: f64, y: f64) -> [(usize, f64); 4] {
+    fn taps(&self, x: f64, y: f64) -> Taps {
         let [width, height] = self.size;
         let (x, y) = (x * width as f64 - 0.5, y * height as f64 - 0.5);
         let (fx, fy) = (x - x.floor(), y - y.floor());
@@ -288,7 +401,23 @@ impl Environment {
     }
 }
 
-fn interpolate(values: &[DVec3], taps: &[(usize, f64); 4]) -> DVec3 {
+/// Of a texel in a row of an equirectangular map of `size`, sr.
+fn solid_angle(size: [usize; 2], row: usize) -> f64 {
+    let sine = (PI * (row as f64 + 0.5) / size[1] as f64).sin();
+    sine * TAU * PI / (size[0] * size[1]) as f64
+}
+
+/// The direction at (x, y) in [0, 1]² of an equirectangular map.
+fn direction_at(x: f64, y: f64, rotation: f64) -> DVec3 {
+    let ((sine, cosine), azimuth) = ((PI * y).sin_cos(), TAU * x + rotation);
+    DVec3::new(sine * azimuth.sin(), cosine, -sine * azimuth.cos())
+}
+
+fn interpolate_density(values: &[f64], taps: &Taps) -> f64 {
+    taps.iter().map(|&(i, weight)| weight * values[i]).sum()
+}
+
+fn interpolate(values: &[DVec3], taps: &Taps) -> DVec3 {
     taps.iter().map(|&(i, weight)| weight * values[i]).sum()
 }
 

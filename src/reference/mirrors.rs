@@ -27,6 +27,18 @@ pub struct Leaving {
 }
 
 impl Surface {
+    /// `None` for a diffuse material.
+    pub fn of(material: &MaterialKind) -> Option<Self> {
+        match *material {
+            MaterialKind::Mirror { reflectance } => Some(Self::Mirror(reflectance)),
+            MaterialKind::Conductor { index, extinction } => {
+                Some(Self::Conductor { index, extinction })
+            }
+            MaterialKind::Dielectric { ior } => Some(Self::Dielectric(ior)),
+            MaterialKind::Diffuse { .. } => None,
+        }
+    }
+
     /// Whether light from behind does anything but vanish.
     pub fn has_two_sides(&self) -> bool {
         matches!(self, Self::Dielectric(_))
@@ -138,13 +150,8 @@ pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
         if object.blocks_light {
             blockers += mesh.triangles.len() as u32;
         }
-        let surface = match scene.materials[object.material].kind {
-            MaterialKind::Mirror { reflectance } => Surface::Mirror(reflectance),
-            MaterialKind::Conductor { index, extinction } => {
-                Surface::Conductor { index, extinction }
-            }
-            MaterialKind::Dielectric { ior } => Surface::Dielectric(ior),
-            MaterialKind::Diffuse { .. } => continue,
+        let Some(surface) = Surface::of(&scene.materials[object.material].kind) else {
+            continue;
         };
         for (index, corners) in mesh.triangles.iter().enumerate() {
             let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);

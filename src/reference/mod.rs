@@ -38,21 +38,26 @@ mod receiver;
 mod rounds;
 mod sequence;
 mod trace;
+mod view;
 mod visibility;
 
 use crate::error::{Error, Result};
 use crate::scene::{Atlas, Geometry, NoLayout, Scene, light_map_side};
+use gather::Gathering;
 use glam::DVec3;
 use lights::Emitter;
 use mirrors::MirrorTriangle;
 use receiver::{CurvedReceiver, FlatReceiver, Receiver};
+use rounds::Method;
 use std::sync::atomic::{AtomicBool, Ordering};
+use trace::LightTracing;
 use visibility::Blockers;
 
-pub use cache::{Cached, cached_caustic, read_cache_entry};
+pub use cache::{Cached, cached_caustic, cached_view, read_cache_entry};
 pub use estimate::REPLICATES;
 pub use rounds::Progress;
 pub(crate) use sequence::split_mix;
+pub use view::{MAX_VIEW_SIDE, View, view};
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.
@@ -103,24 +108,28 @@ pub struct Reference {
 /// What is to be solved, in the form that both methods use.
 struct Problem<'a> {
     receiver: Receiver,
-    mirrors: Vec<MirrorTriangle>,
-    emitters: Vec<Emitter>,
+    mirrors: &'a [MirrorTriangle],
+    emitters: &'a [Emitter],
     /// `None` if nothing blocks light, so nothing is traced.
-    blockers: Option<Blockers>,
+    blockers: Option<&'a Blockers>,
     cancel: &'a AtomicBool,
 }
 
 impl Problem<'_> {
     fn blocked(&self, from: DVec3, along: DVec3, length: f64, origin: Option<u32>) -> bool {
-        (self.blockers.as_ref()).is_some_and(|blockers| blockers.block(from, along, length, origin))
+        (self.blockers).is_some_and(|blockers| blockers.block(from, along, length, origin))
     }
 
     fn check_cancelled(&self) -> Result<()> {
-        if self.cancel.load(Ordering::Relaxed) {
-            return Err(Error::Cancelled);
-        }
-        Ok(())
+        check_cancelled(self.cancel)
     }
+}
+
+fn check_cancelled(cancel: &AtomicBool) -> Result<()> {
+    if cancel.load(Ordering::Relaxed) {
+        return Err(Error::Cancelled);
+    }
+    Ok(())
 }
 
 /// Computes the irradiance of the receiver `scene.objects[receiver]` on `texels` (width, height)
@@ -140,23 +149,29 @@ pub fn caustic(
     cancel: &AtomicBool,
 ) -> Result<Reference> {
     check(texels, options)?;
+    let mirrors = mirrors::mirror_triangles(scene);
+    let emitters: Vec<Emitter> = scene.lights.iter().filter_map(Emitter::new).collect();
+    let blockers = Blockers::new(&mirrors::triangles_that_block(scene));
     let problem = Problem {
         receiver: receiver_of(scene, receiver, texels)?,
-        mirrors: mirrors::mirror_triangles(scene),
-        emitters: scene.lights.iter().filter_map(Emitter::new).collect(),
-        blockers: Blockers::new(&mirrors::triangles_that_block(scene)),
+        mirrors: &mirrors,
+        emitters: &emitters,
+        blockers: blockers.as_ref(),
         cancel,
     };
-    let solution = rounds::solve(&problem, options, progress)?;
+    let mut methods: Vec<Box<dyn Method + '_>> = Vec::new();
+    methods.extend(LightTracing::new(&problem).map(|m| Box::new(m) as _));
+    methods.extend(Gathering::new(&problem).map(|m| Box::new(m) as _));
+    let solution = rounds::solve(methods, problem.receiver.texels(), options, progress)?;
     let [width, height] = texels;
-    let received = (solution.irradiance.iter().enumerate())
+    let received = (solution.mean.iter().enumerate())
         .map(|(texel, &e)| problem.receiver.texel_area(texel) * DVec3::from(e))
         .sum::<DVec3>();
     Ok(Reference {
         width,
         height,
         received_flux: received.to_array(),
-        irradiance: solution.irradiance,
+        irradiance: solution.mean,
         standard_error: solution.standard_error,
         relative_error: solution.relative_error,
         samples: solution.samples,
@@ -183,17 +198,23 @@ fn receiver_of(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Result<Recei
 }
 
 fn check(texels: [u32; 2], options: &Options) -> Result<()> {
-    let usage = |reason: String, remedy: String| Err(Error::Usage { reason, remedy });
     for side in texels {
         if let Err(reason) = light_map_side(side.into()) {
-            return usage(reason, "ask for another size".into());
+            return Err(Error::Usage {
+                reason,
+                remedy: "ask for another size".into(),
+            });
         }
     }
-    if !(options.error > 0.0 && options.error < 1.0) {
-        return usage(
-            format!("a relative error of {}", options.error),
-            "ask for an error between 0 and 1, such as 0.005".into(),
-        );
+    check_error(options)
+}
+
+fn check_error(options: &Options) -> Result<()> {
+    if options.error > 0.0 && options.error < 1.0 {
+        return Ok(());
     }
-    Ok(())
+    Err(Error::Usage {
+        reason: format!("a relative error of {}", options.error),
+        remedy: "ask for an error between 0 and 1, such as 0.005".into(),
+    })
 }

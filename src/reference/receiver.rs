@@ -56,16 +56,26 @@ impl Receiver {
         vec![[0.0; 3]; self.texels()]
     }
 
-    /// Calls `meets` with every texel whose front the ray meets, and the distance to it in m.
+    /// Calls `meets` with every texel whose front the ray meets, the distance to it in m, and a normal of any
+    /// length there.
     #[inline]
-    pub fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64)) {
+    pub fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64, DVec3)) {
         match self {
             Self::Flat(flat) => {
                 if let Some((texel, distance)) = flat.hit(origin, direction) {
-                    meets(texel, distance);
+                    meets(texel, distance, flat.normal);
                 }
             }
             Self::Curved(curved) => curved.hits(origin, direction, meets),
+        }
+    }
+
+    /// The texel of a point of the receiver, which lies on its triangle number `triangle` with these weights
+    /// of the second and third corner. `None` where the light map has none for it.
+    pub fn texel_at(&self, position: DVec3, triangle: u32, weights: DVec2) -> Option<usize> {
+        match self {
+            Self::Flat(flat) => Some(flat.texel_at(position)),
+            Self::Curved(curved) => curved.atlas.texel_at(triangle, weights),
         }
     }
 
@@ -107,11 +117,12 @@ impl CurvedReceiver {
         })
     }
 
-    fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64)) {
+    fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64, DVec3)) {
         for (triangle, distance, weights) in self.triangles.all_along(origin, direction) {
-            let faces = self.mesh.vector_area(triangle as usize).dot(direction) < 0.0;
+            let normal = self.mesh.vector_area(triangle as usize);
+            let faces = normal.dot(direction) < 0.0;
             if let Some(texel) = self.atlas.texel_at(triangle, weights).filter(|_| faces) {
-                meets(texel, distance);
+                meets(texel, distance, normal);
             }
         }
     }
@@ -168,17 +179,33 @@ impl FlatReceiver {
         if distance < 0.0 {
             return None;
         }
-        let place = origin + distance * direction - self.rect.origin;
-        let u = place.dot(self.scaled_edges[0]);
-        let v = place.dot(self.scaled_edges[1]);
+        let [u, v] = self.coordinates(origin + distance * direction);
         if !(0.0..1.0).contains(&u) || !(0.0..1.0).contains(&v) {
             return None;
         }
+        Some((self.texel(u, v), distance))
+    }
+
+    /// u and v.
+    #[inline]
+    fn coordinates(&self, position: DVec3) -> [f64; 2] {
+        let place = position - self.rect.origin;
+        self.scaled_edges.map(|edge| place.dot(edge))
+    }
+
+    /// Of u and v; the nearest one where they are not within [0, 1).
+    #[inline]
+    fn texel(&self, u: f64, v: f64) -> usize {
         let [width, height] = self.size;
         let column = ((u * f64::from(width)) as usize).min(width as usize - 1);
         let row_up = ((v * f64::from(height)) as usize).min(height as usize - 1);
         let row = height as usize - 1 - row_up;
-        Some((row * width as usize + column, distance))
+        row * width as usize + column
+    }
+
+    fn texel_at(&self, position: DVec3) -> usize {
+        let [u, v] = self.coordinates(position);
+        self.texel(u, v)
     }
 
     /// The point at (s, t) in [0, 1)² of a texel.

@@ -2,10 +2,8 @@
 
 use crate::error::Result;
 use crate::reference::estimate::Estimate;
-use crate::reference::gather::Gathering;
 use crate::reference::sequence::{SEQUENCE_LENGTH, split_mix};
-use crate::reference::trace::LightTracing;
-use crate::reference::{Map, Options, Problem};
+use crate::reference::{Map, Options};
 
 /// A round has at most this many times the samples of all before it, so that a poor first guess
 /// of what is needed costs little,
@@ -25,51 +23,38 @@ pub struct Progress {
 
 /// Result of [`solve`].
 pub struct Solution {
-    pub irradiance: Map,
+    pub mean: Map,
     pub standard_error: Map,
     pub relative_error: f64,
     pub samples: u64,
 }
 
-/// A way to estimate a part of the irradiance. Sizes are sequences of points, or points a texel,
-/// in each replicate.
-enum Method<'a> {
-    LightTracing(LightTracing<'a>),
-    Gathering(Gathering<'a>),
-}
-
-impl Method<'_> {
-    fn round(&self, size: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
-        match self {
-            Self::LightTracing(method) => method.round(size, seed, done),
-            Self::Gathering(method) => method.round(size, seed, done),
-        }
-    }
+/// A way to estimate a part of the values. Sizes are sequences of points, or points a texel or pixel, in
+/// each replicate.
+pub trait Method {
+    /// An estimate from independent replicates of `size`; calls `done` with numbers of samples. Rounds with
+    /// seeds that lie as far apart as samples over [`SEQUENCE_LENGTH`] are independent.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`]
+    fn round(&self, size: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate>;
 
     /// Samples of one round.
-    fn samples(&self, size: u32) -> u64 {
-        match self {
-            Self::LightTracing(method) => method.samples(size),
-            Self::Gathering(method) => method.samples(size),
-        }
-    }
+    fn samples(&self, size: u32) -> u64;
 
     /// The size next to `wanted` that suits the points.
-    fn good_size(&self, wanted: f64) -> u32 {
-        match self {
-            Self::LightTracing(_) => wanted.ceil() as u32,
-            // Sobol points are stratified best in powers of two.
-            Self::Gathering(_) => {
-                let power = wanted.log2().round().exp2();
-                power.clamp(8.0, f64::from(SEQUENCE_LENGTH)) as u32
-            }
-        }
-    }
+    fn good_size(&self, wanted: f64) -> u32;
+}
+
+/// Sobol points are stratified best in powers of two.
+pub fn power_of_two(wanted: f64, least: u32) -> u32 {
+    let power = wanted.log2().round().exp2();
+    power.clamp(f64::from(least), f64::from(SEQUENCE_LENGTH)) as u32
 }
 
 /// The rounds of one method so far.
 struct Part<'a> {
-    method: Method<'a>,
+    method: Box<dyn Method + 'a>,
     /// Mean of the rounds, weighted by their sizes.
     estimate: Estimate,
     /// Sum of the sizes.
@@ -102,18 +87,16 @@ fn sum_of(parts: &[Part], empty: &Map) -> Estimate {
     sum
 }
 
-/// Runs rounds of whichever method has the larger error until the sum of all is good enough.
+/// Runs rounds of whichever method has the larger error until the sum of all, `values` in number, is good
+/// enough.
 pub fn solve(
-    problem: &Problem,
+    methods: Vec<Box<dyn Method + '_>>,
+    values: usize,
     options: &Options,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Solution> {
-    let empty = problem.receiver.empty_map();
-    let methods = [
-        LightTracing::new(problem).map(Method::LightTracing),
-        Gathering::new(problem).map(Method::Gathering),
-    ];
-    let mut parts: Vec<Part> = (methods.into_iter().flatten())
+    let empty: Map = vec![[0.0; 3]; values];
+    let mut parts: Vec<Part> = (methods.into_iter())
         .map(|method| Part {
             method,
             estimate: sum_of(&[], &empty),
@@ -169,7 +152,7 @@ pub fn solve(
         .map(|variance| variance.map(f64::sqrt))
         .collect();
     Ok(Solution {
-        irradiance: solution.mean,
+        mean: solution.mean,
         standard_error,
         relative_error: if error.is_finite() { error } else { 0.0 },
         samples,

@@ -17,6 +17,7 @@ use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
+use crate::reference::rounds::Method;
 use crate::reference::sequence::{SEQUENCE_LENGTH, sobol_4d};
 use crate::reference::{Map, Problem};
 use glam::DVec3;
@@ -31,6 +32,15 @@ struct Source<'a> {
     triangles: Distribution,
     /// Of the sequences of points.
     share: f64,
+}
+
+/// A place on the receiver where light lands.
+pub struct Landing {
+    pub texel: usize,
+    /// m
+    pub position: DVec3,
+    /// On the receiver's front, of any length.
+    pub normal: DVec3,
 }
 
 /// Everything that light tracing needs to know.
@@ -67,21 +77,25 @@ impl<'a> LightTracing<'a> {
         })
     }
 
-    fn rays(&self, sequences: u32) -> u64 {
+    /// Rays of a replicate.
+    pub fn rays(&self, sequences: u32) -> u64 {
         let each = u64::from(SEQUENCE_LENGTH);
         (self.sequences(sequences))
             .map(|(_, n)| u64::from(n) * each)
             .sum()
     }
 
-    /// Rays of [`Self::round`].
-    pub fn samples(&self, sequences: u32) -> u64 {
-        u64::from(REPLICATES) * self.rays(sequences)
-    }
-
-    /// Irradiance from replicates of about `sequences` sequences of points each. Uses as many
-    /// seeds from `seed` on as there are sequences; calls `done` with numbers of rays.
-    pub fn round(&self, sequences: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
+    /// The mean of [`REPLICATES`] maps of `values` values, which `replicate` makes of a seed each, from
+    /// about `sequences` sequences of points. Uses as many seeds from `seed` on as there are sequences;
+    /// calls `done` with numbers of rays.
+    pub fn replicates(
+        &self,
+        sequences: u32,
+        seed: u32,
+        values: usize,
+        replicate: impl Fn(u32) -> Result<Map> + Sync,
+        done: &mut dyn FnMut(u64),
+    ) -> Result<Estimate> {
         let texels = self.problem.receiver.texels();
         let at_once = (MAP_MEMORY / (size_of::<[f64; 3]>() * texels)).max(1);
         let at_once = at_once.min(rayon::current_num_threads());
@@ -89,11 +103,10 @@ impl<'a> LightTracing<'a> {
         let seeds: Vec<u32> = (0..REPLICATES)
             .map(|i| seed.wrapping_add(i * (rays / u64::from(SEQUENCE_LENGTH)) as u32))
             .collect();
-        let mut moments = vec![Moments::default(); texels];
+        let mut moments = vec![Moments::default(); values];
         for seeds in seeds.chunks(at_once) {
-            let replicates: Vec<Result<Map>> = (seeds.par_iter())
-                .map(|&seed| self.replicate(sequences, seed))
-                .collect();
+            let replicates: Vec<Result<Map>> =
+                (seeds.par_iter()).map(|&seed| replicate(seed)).collect();
             // Added in order, so that the sum does not depend on the number of threads.
             for replicate in replicates {
                 for (moments, value) in moments.iter_mut().zip(replicate?) {
@@ -105,8 +118,13 @@ impl<'a> LightTracing<'a> {
         Ok(Estimate::from_moments(&moments))
     }
 
-    /// Irradiance, W/m².
-    fn replicate(&self, sequences: u32, mut seed: u32) -> Result<Map> {
+    /// Irradiance, W/m². Calls `lands` with all places where light lands and its flux, W.
+    pub fn replicate(
+        &self,
+        sequences: u32,
+        mut seed: u32,
+        mut lands: impl FnMut(&Landing, DVec3),
+    ) -> Result<Map> {
         let receiver = &self.problem.receiver;
         let mut map = receiver.empty_map();
         for (source, strata) in self.sequences(sequences) {
@@ -114,8 +132,13 @@ impl<'a> LightTracing<'a> {
             for stratum in 0..strata {
                 self.problem.check_cancelled()?;
                 // Every sequence covers its own part of the mirrors.
-                self.sequence(source, seed, &mut map, 1.0 / rays, |u| {
-                    (f64::from(stratum) + u) / f64::from(strata)
+                let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
+                self.sequence(source, seed, 1.0 / rays, stratify, |landing, flux| {
+                    let texel = &mut map[landing.texel];
+                    texel[0] += flux.x;
+                    texel[1] += flux.y;
+                    texel[2] += flux.z;
+                    lands(landing, flux);
                 });
                 seed = seed.wrapping_add(1);
             }
@@ -134,32 +157,34 @@ impl<'a> LightTracing<'a> {
         &self,
         source: &Source,
         seed: u32,
-        map: &mut Map,
         scale: f64,
         stratify: impl Fn(f64) -> f64,
+        mut lands: impl FnMut(&Landing, DVec3),
     ) {
         for index in 0..SEQUENCE_LENGTH {
             let [u0, u1, u2, u3] = sobol_4d(index, seed);
             let (chosen, u0) = source.triangles.pick(stratify(u0));
             let triangle = &self.problem.mirrors[chosen];
             let scale = scale / source.triangles.probability(chosen);
-            self.rays_of(source.emitter, triangle, [u0, u1, u2, u3], |texel, flux| {
-                let texel = &mut map[texel];
-                texel[0] += scale * flux.x;
-                texel[1] += scale * flux.y;
-                texel[2] += scale * flux.z;
-            });
+            self.rays_of(
+                source.emitter,
+                triangle,
+                [u0, u1, u2, u3],
+                |landing, flux| {
+                    lands(landing, scale * flux);
+                },
+            );
         }
     }
 
-    /// Calls `lands` with the texels that the reflected and the refracted ray land in and their flux, W,
+    /// Calls `lands` with the places where the reflected and the refracted ray land and their flux, W,
     /// given the triangle.
     fn rays_of(
         &self,
         emitter: &Emitter,
         triangle: &MirrorTriangle,
         [u0, u1, u2, u3]: [f64; 4],
-        mut lands: impl FnMut(usize, DVec3),
+        mut lands: impl FnMut(&Landing, DVec3),
     ) {
         let point = triangle.point(u0, u1);
         let light = emitter.draw(point.position, u2, u3);
@@ -171,15 +196,42 @@ impl<'a> LightTracing<'a> {
             (triangle.surface).leaving(light.direction, point.normal, triangle.geometric_normal);
         for leaving in leaving.into_iter().flatten() {
             let receiver = &self.problem.receiver;
-            receiver.hits(point.position, leaving.direction, |texel, distance| {
-                if blocked(leaving.direction, distance) || blocked(light.direction, light.distance)
-                {
-                    return;
-                }
-                let traced = 1.0 - gathered_share(self.problem, distance * distance);
-                let radiance = light.bright + traced * light.dim;
-                lands(texel, radiance * leaving.share * triangle.area * cosine);
-            });
+            receiver.hits(
+                point.position,
+                leaving.direction,
+                |texel, distance, normal| {
+                    if blocked(leaving.direction, distance)
+                        || blocked(light.direction, light.distance)
+                    {
+                        return;
+                    }
+                    let traced = 1.0 - gathered_share(self.problem, distance * distance);
+                    let radiance = light.bright + traced * light.dim;
+                    let landing = Landing {
+                        texel,
+                        position: point.position + distance * leaving.direction,
+                        normal,
+                    };
+                    lands(&landing, radiance * leaving.share * triangle.area * cosine);
+                },
+            );
         }
+    }
+}
+
+impl Method for LightTracing<'_> {
+    /// Irradiance from replicates of about `sequences` sequences of points each.
+    fn round(&self, sequences: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
+        let texels = self.problem.receiver.texels();
+        let replicate = |seed| self.replicate(sequences, seed, |_, _| {});
+        self.replicates(sequences, seed, texels, replicate, done)
+    }
+
+    fn samples(&self, sequences: u32) -> u64 {
+        u64::from(REPLICATES) * self.rays(sequences)
+    }
+
+    fn good_size(&self, wanted: f64) -> u32 {
+        wanted.ceil() as u32
     }
 }

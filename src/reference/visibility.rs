@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhLeafCost, BvhNode};
 
 /// Hits nearer than this to either end of a leg do not count, in units of the diagonal of the
 /// box around all blockers. It only has to exceed the rounding error of a point on a triangle
@@ -77,6 +77,30 @@ impl Blockers {
             })
     }
 
+    /// The nearest triangle other than `origin_triangle` that the ray crosses: number, distance in m, and the
+    /// weights of the second and third corner there.
+    pub fn nearest(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        origin_triangle: Option<u32>,
+    ) -> Option<(u32, f64, DVec2)> {
+        let inverse = finite_reciprocal(direction);
+        let enters = |node: &BvhNode, best| {
+            box_entry(node, origin, inverse, [self.tolerance, best]).unwrap_or(f64::MAX)
+        };
+        let meets = |leaf: u32, best: f64| {
+            if Some(leaf) == origin_triangle {
+                return None;
+            }
+            let (distance, weights) = self.triangles[leaf as usize].crossing(origin, direction)?;
+            let is_between = distance >= self.tolerance && distance < best;
+            is_between.then_some(Crossing { distance, weights })
+        };
+        let (leaf, crossing) = self.bvh.find_best(f64::MAX, enters, meets)?;
+        Some((leaf, crossing.distance, crossing.weights))
+    }
+
     /// All triangles that the ray crosses: number, distance in m, and the weights of the second and
     /// third corner there.
     pub fn all_along(
@@ -108,8 +132,26 @@ fn finite_reciprocal(direction: DVec3) -> DVec3 {
         .clamp(DVec3::splat(-LARGE), DVec3::splat(LARGE))
 }
 
-/// Slab test (Kay, Kajiya, *Ray tracing complex scenes*, SIGGRAPH 1986).
+/// Where a ray crosses a triangle.
+struct Crossing {
+    /// m
+    distance: f64,
+    weights: DVec2,
+}
+
+impl BvhLeafCost for Crossing {
+    fn cost(&self) -> f64 {
+        self.distance
+    }
+}
+
 fn box_meets(node: &BvhNode, origin: DVec3, inverse: DVec3, range: [f64; 2]) -> bool {
+    box_entry(node, origin, inverse, range).is_some()
+}
+
+/// Distance at which a ray enters the box within the range. Slab test (Kay, Kajiya, *Ray tracing complex
+/// scenes*, SIGGRAPH 1986).
+fn box_entry(node: &BvhNode, origin: DVec3, inverse: DVec3, range: [f64; 2]) -> Option<f64> {
     // f64::min and f64::max take several instructions to treat NaN, of which there is none.
     let min = |a: f64, b: f64| if a < b { a } else { b };
     let max = |a: f64, b: f64| if a > b { a } else { b };
@@ -123,7 +165,7 @@ fn box_meets(node: &BvhNode, origin: DVec3, inverse: DVec3, range: [f64; 2]) -> 
     let z = slab(low.z, high.z, origin.z, inverse.z);
     let near = max(max(x.0, y.0), max(z.0, range[0]));
     let far = min(min(x.1, y.1), min(z.1, range[1]));
-    near <= far
+    (near <= far).then_some(near)
 }
 
 impl Triangle {
@@ -227,6 +269,13 @@ mod tests {
             let range = [blockers.tolerance, 0.4 - blockers.tolerance];
             let by_loop = (blockers.triangles.iter()).any(|t| t.meets(origin, direction, range));
             assert_eq!(blockers.block(origin, direction, 0.4, None), by_loop);
+            let nearest = (blockers.triangles.iter())
+                .filter_map(|t| t.crossing(origin, direction))
+                .map(|(distance, _)| distance)
+                .filter(|&distance| distance > blockers.tolerance)
+                .min_by(f64::total_cmp);
+            let found = blockers.nearest(origin, direction, None);
+            assert_eq!(found.map(|(_, distance, _)| distance), nearest);
             blocked += u32::from(by_loop);
         }
         assert!((200..1800).contains(&blocked), "{blocked}");
