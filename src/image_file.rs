@@ -56,6 +56,18 @@ pub fn read_rgb(path: &Path) -> Result<RgbImage> {
     Ok(image)
 }
 
+/// The comment of an EXR file that [`read_rgb`] reads, if it has one.
+pub fn read_comment(path: &Path) -> Option<String> {
+    let meta_data = exr::meta::MetaData::read_from_file(path, false).ok()?;
+    let comment = meta_data
+        .headers
+        .first()?
+        .own_attributes
+        .comments
+        .as_ref()?;
+    Some(comment.to_string())
+}
+
 /// The R, G, B channels of an EXR file of at most `most` pixels a side, of which each will take `pixel_bytes`.
 /// Values may be anything.
 ///
@@ -296,6 +308,7 @@ mod tests {
             attributes.comments.unwrap().to_string(),
             "irradiance, W/m^2"
         );
+        assert_eq!(read_comment(&path).as_deref(), Some("irradiance, W/m^2"));
     }
 
     #[test]

@@ -64,6 +64,85 @@ fn references_of_frames_are_numbered() {
     assert_eq!(json(&mut compare(&first, &second))["l1"], 0.0);
 }
 
+/// A small view of `mirror.toml`.
+fn reference_view(output: &Path) -> Command {
+    let mut command = reference(&scene("mirror.toml"), output);
+    command.args(["--view", "--error", "0.2"]);
+    command
+}
+
+#[test]
+fn views_have_standard_errors_and_are_compared_by_flip() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
+    let summary = json(reference_view(&a).args(["--size", "24x16"]));
+    assert_eq!([&summary["width"], &summary["height"]], [24, 16]);
+    assert!(summary["relative_error"].as_f64().unwrap() <= 0.2);
+    assert!(summary["exposure_ev"].is_number() && summary["receiver"].is_null());
+    let text = reference_view(&b)
+        .args(["--size", "24x16", "--seed", "1"])
+        .assert();
+    text.success()
+        .stdout(contains("b.exr: view 24x16").and(contains("flux").not()));
+    let file = exr::prelude::read_all_flat_layers_from_file(&a).unwrap();
+    let names: Vec<String> = (file.layer_data[0].channel_data.list.iter())
+        .map(|channel| channel.name.to_string())
+        .collect();
+    assert_eq!(names, ["B", "G", "R", "error.B", "error.G", "error.R"]);
+
+    let report = json(&mut compare(&a, &b));
+    let mean = report["flip"]["mean"].as_f64().unwrap();
+    assert!(mean > 0.0 && mean < 0.5, "{mean}");
+    let exposure = &report["flip"]["exposure_ev"];
+    assert_eq!(exposure, &summary["exposure_ev"]);
+    assert_eq!(json(&mut compare(&a, &a))["flip"]["mean"], 0.0);
+    let asked = json(compare(&a, &b).args(["--exposure", "-5"]));
+    assert_eq!(asked["flip"]["exposure_ev"], -5.0);
+    assert!(asked["flip"]["mean"].as_f64().unwrap() < mean);
+    let text = compare(&a, &b).assert().success();
+    text.stdout(contains("FLIP").and(contains("worst region  columns ")));
+
+    // Frames of views are compared by FLIP, too; light maps are not, unless an exposure is given.
+    let frames = folder.path().join("frames");
+    std::fs::create_dir(&frames).unwrap();
+    let mut command = reference_view(&frames.join("v.exr"));
+    json(command.args(["--size", "8x8", "--frames", "0-1"]));
+    let report = json(&mut compare(&frames, &frames));
+    assert_eq!(report["flip"]["worst_frame"], "v.0001.exr");
+    let map = grey(folder.path(), "map.exr", 2, 1.0);
+    assert!(json(&mut compare(&map, &map))["flip"].is_null());
+    let text = compare(&map, &map).assert().success();
+    text.stdout(contains("FLIP").not());
+    assert!(json(compare(&map, &map).args(["--exposure", "0"]))["flip"].is_object());
+    refuses(
+        compare(&map, &map).args(["--exposure", "nan"]),
+        2,
+        &["--exposure", "give stops"],
+    );
+}
+
+#[test]
+fn bad_input_of_views() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("view.exr");
+    for size in ["0x0", "0x10", "100000x10", "10x100000", "10", "axb", "-1x4"] {
+        let size = format!("--size={size}");
+        let parts = ["--size", "give WIDTHxHEIGHT in 1 to 16384 pixels"];
+        refuses(reference_view(&file).arg(size), 2, &parts);
+    }
+    for other in ["--receiver=floor", "--lightmap=8"] {
+        let parts = [
+            "--view",
+            other.split('=').next().unwrap(),
+            "cannot be used with",
+        ];
+        refuses(reference_view(&file).arg(other), 2, &parts);
+    }
+    let mut command = reference(&scene("mirror.toml"), &file);
+    refuses(command.args(["--size", "8x8"]), 2, &["--view", "required"]);
+    assert!(!file.exists());
+}
+
 #[test]
 fn too_few_samples_are_said_on_stderr() {
     let folder = tempfile::tempdir().unwrap();

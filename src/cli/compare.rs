@@ -1,10 +1,14 @@
 //! `nephroid compare`: errors of an image or a sequence.
 
+use super::files::exposure_of;
 use super::terminal::{print, print_json};
 use clap::Args;
-use nephroid::image_file::read_rgb;
-use nephroid::measure::{Comparison, SequenceComparison, SequenceMeter, compare};
+use nephroid::image_file::{read_comment, read_rgb};
+use nephroid::measure::{
+    Comparison, Flip, PIXELS_PER_DEGREE, SequenceComparison, SequenceMeter, compare, flip,
+};
 use nephroid::{Error, Result};
+use serde::Serialize;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -13,35 +17,94 @@ use std::path::{Path, PathBuf};
 /// L1 = Σ|A − B| / ΣB, L2 = √(Σ(A − B)² / ΣB²) and energy ratio = ΣA / ΣB, over all pixels and the
 /// channels R, G, B. In folders, frames with equal names are compared in the order of their
 /// names. Flicker = mean |ΔA − ΔB| / mean B, where Δ is the change from one frame to the next.
+///
+/// For views also FLIP, 0 to 1: the difference that a viewer sees who flips between both pictures, tone-mapped as `render`
+/// does with the scene's exposure, on a display of 67 pixels a degree. Views are files that `render` and `reference
+/// --view` write; they name the exposure.
 #[derive(Args)]
 pub struct Arguments {
     /// Image, or folder of frames, to compare with the reference
     a: PathBuf,
     /// Reference image of the same size, or folder of reference frames
     b: PathBuf,
+    /// Exposure for FLIP, in stops, in place of the one that the reference's file names; FLIP is then computed for any
+    /// images
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
+    exposure: Option<f64>,
     /// Print as JSON; values that are undefined for a black reference are null
     #[arg(long)]
     json: bool,
 }
 
+fn exposure(text: &str) -> Result<f64, String> {
+    let value = text
+        .parse()
+        .ok()
+        .filter(|ev: &f64| ev.abs() <= MAX_EXPOSURE);
+    value.ok_or(format!("give stops, -{MAX_EXPOSURE} to {MAX_EXPOSURE}"))
+}
+
+/// As of a scene's camera.
+const MAX_EXPOSURE: f64 = 64.0;
+
+/// Errors of an image, and of a view FLIP, too.
+#[derive(Serialize)]
+struct Report {
+    #[serde(flatten)]
+    comparison: Comparison,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    flip: Option<Flip>,
+}
+
+/// Errors of a sequence, and of views FLIP, too.
+#[derive(Serialize)]
+struct SequenceReport {
+    #[serde(flatten)]
+    comparison: SequenceComparison,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    flip: Option<SequenceFlip>,
+}
+
+/// FLIP of a sequence of views.
+#[derive(Serialize)]
+struct SequenceFlip {
+    /// Over all frames.
+    mean: f64,
+    /// The frame with the largest mean, by the name of its file.
+    worst_frame: String,
+    frames: Vec<Flip>,
+}
+
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
     if a.is_dir() && b.is_dir() {
-        let comparison = sequence(a, b)?;
+        let report = sequence(a, b, arguments.exposure)?;
         match arguments.json {
-            true => print_json(&comparison),
-            false => print(&describe_sequence(&comparison)),
+            true => print_json(&report),
+            false => print(&describe_sequence(&report)),
         }
     } else {
-        let comparison = compare(&read_rgb(a)?, &read_rgb(b)?)?;
+        let [image_a, image_b] = [read_rgb(a)?, read_rgb(b)?];
+        let report = Report {
+            comparison: compare(&image_a, &image_b)?,
+            flip: (exposure_for(arguments.exposure, [a, b]))
+                .map(|exposure| flip(&image_a, &image_b, exposure))
+                .transpose()?,
+        };
         match arguments.json {
-            true => print_json(&comparison),
-            false => print(&describe(&comparison)),
+            true => print_json(&report),
+            false => print(&describe(&report)),
         }
     }
 }
 
-fn sequence(a: &Path, b: &Path) -> Result<SequenceComparison> {
+/// The exposure asked for, or that of the reference if both files are views.
+fn exposure_for(asked: Option<f64>, files: [&Path; 2]) -> Option<f64> {
+    let [a, b] = files.map(|file| exposure_of(&read_comment(file)?));
+    asked.or(a.and(b))
+}
+
+fn sequence(a: &Path, b: &Path, exposure: Option<f64>) -> Result<SequenceReport> {
     let names = frames(a)?;
     if names != frames(b)? {
         return Err(Error::Usage {
@@ -54,10 +117,29 @@ fn sequence(a: &Path, b: &Path) -> Result<SequenceComparison> {
         });
     }
     let mut meter = SequenceMeter::default();
+    let mut flips = Vec::new();
     for name in &names {
-        meter.push(read_rgb(&a.join(name))?, read_rgb(&b.join(name))?)?;
+        let files = [a.join(name), b.join(name)];
+        let [image_a, image_b] = [read_rgb(&files[0])?, read_rgb(&files[1])?];
+        if let Some(exposure) = exposure_for(exposure, [&files[0], &files[1]]) {
+            // Where they cannot be compared, the meter says why.
+            flips.extend(flip(&image_a, &image_b, exposure).ok());
+        }
+        meter.push(image_a, image_b)?;
     }
-    Ok(meter.finish())
+    Ok(SequenceReport {
+        comparison: meter.finish(),
+        flip: (flips.len() == names.len()).then(|| {
+            let worst = (0..flips.len())
+                .max_by(|&i, &j| flips[i].mean.total_cmp(&flips[j].mean))
+                .expect("a folder has frames");
+            SequenceFlip {
+                mean: flips.iter().map(|flip| flip.mean).sum::<f64>() / flips.len() as f64,
+                worst_frame: names[worst].to_string_lossy().into_owned(),
+                frames: flips,
+            }
+        }),
+    })
 }
 
 /// Sorted names of the EXR files in a folder.
@@ -97,21 +179,52 @@ fn errors(l1: Option<f64>, l2: Option<f64>, energy_ratio: Option<f64>) -> String
     )
 }
 
-fn describe(comparison: &Comparison) -> String {
+fn describe(report: &Report) -> String {
+    let Report { comparison, flip } = report;
     let worst = &comparison.worst;
     format!(
-        "{}\nworst pixel   ({}, {}): {:?}, reference {:?}",
+        "{}\nworst pixel   ({}, {}): {:?}, reference {:?}{}",
         errors(comparison.l1, comparison.l2, comparison.energy_ratio),
         worst.column,
         worst.row,
         worst.a,
-        worst.b
+        worst.b,
+        flip.as_ref().map_or(String::new(), describe_flip)
     )
 }
 
-fn describe_sequence(comparison: &SequenceComparison) -> String {
+fn describe_flip(flip: &Flip) -> String {
+    let (pixel, region) = (&flip.worst_pixel, &flip.worst_region);
+    let share = region.share_of_l1.map_or(String::new(), |share| {
+        format!(", {:.1} % of all differences", 100.0 * share)
+    });
     format!(
-        "frames        {}\n{}\nflicker       {}",
+        "\nFLIP          {:.4} (exposure {} EV, {PIXELS_PER_DEGREE:.0} pixels a degree)\
+         \n  worst pixel   ({}, {}): {:.4}\
+         \n  worst region  columns {} to {}, rows {} to {}: {:.4}{share}",
+        flip.mean,
+        flip.exposure_ev,
+        pixel.column,
+        pixel.row,
+        pixel.flip,
+        region.columns[0],
+        region.columns[1],
+        region.rows[0],
+        region.rows[1],
+        region.flip,
+    )
+}
+
+fn describe_sequence(report: &SequenceReport) -> String {
+    let SequenceReport { comparison, flip } = report;
+    let flip = flip.as_ref().map_or(String::new(), |flip| {
+        format!(
+            "\nFLIP          {:.4} (worst frame {})",
+            flip.mean, flip.worst_frame
+        )
+    });
+    format!(
+        "frames        {}\n{}\nflicker       {}{flip}",
         comparison.frames.len(),
         errors(comparison.l1, comparison.l2, comparison.energy_ratio),
         percent(comparison.flicker)

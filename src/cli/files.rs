@@ -72,6 +72,24 @@ impl MapFiles {
     }
 }
 
+/// Begins the comment of an EXR file with a view.
+const RADIANCE: &str = "radiance, W/m^2/sr; exposure_ev ";
+
+/// What the EXR file of a view says of itself: the unit, and the exposure that the scene's camera has.
+pub fn radiance_comment(exposure_ev: f64) -> String {
+    format!("{RADIANCE}{exposure_ev}")
+}
+
+/// The exposure in the comment of a view's EXR file; `None` for light maps and files of other programs.
+pub fn exposure_of(comment: &str) -> Option<f64> {
+    let rest = comment.strip_prefix(RADIANCE)?;
+    let number = rest.split(';').next()?.trim();
+    number
+        .parse()
+        .ok()
+        .filter(|exposure: &f64| exposure.is_finite())
+}
+
 /// A path in a report: what of it is not Unicode is shown as such.
 pub fn lossy<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())
@@ -87,4 +105,27 @@ pub fn has_extension(path: &Path, wanted: &str) -> bool {
 pub fn make_folder(folder: &Path, files: &[impl AsRef<Path>]) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
     (files.iter()).try_for_each(|file| check_writable(&folder.join(file)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposures_are_found_in_views_only() {
+        for exposure in [0.0, -1.9, 1.8, 1e-3, 12.25] {
+            let comment = radiance_comment(exposure);
+            assert_eq!(exposure_of(&comment), Some(exposure));
+            assert_eq!(exposure_of(&(comment + "; seed 7")), Some(exposure));
+        }
+        for other in [
+            "",
+            "caustic irradiance, W/m^2",
+            "radiance, W/m^2/sr",
+            "radiance, W/m^2/sr; exposure_ev x",
+            "radiance, W/m^2/sr; exposure_ev inf",
+        ] {
+            assert_eq!(exposure_of(other), None, "{other}");
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! `nephroid reference`: ground truth on the CPU.
 
-use super::files::{MapFiles, lossy};
+use super::files::{MapFiles, lossy, radiance_comment};
+use super::render::picture_size;
 use super::signals::cancelled;
 use super::terminal::{log, log_some, print, print_json, progress_bar};
 use super::timeline::{Timeline, each_frame};
@@ -9,23 +10,33 @@ use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::Result;
 use nephroid::image_file::{Layer, RgbImage, write_exr};
-use nephroid::reference::{Cached, Map, Options, Progress, cached_caustic, caustic};
+use nephroid::reference::{
+    Cached, Map, Options, Progress, View, cached_caustic, cached_view, caustic, view,
+};
 use nephroid::scene::Scene;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Compute a receiver's caustic irradiance on the CPU, as ground truth
+/// Compute a receiver's caustic irradiance, or with --view the camera's view, on the CPU as ground truth
 ///
-/// Writes the light that met exactly one specular surface as 32-bit float EXR in W/m²: channels R, G, B,
-/// and their standard error as error.R, error.G, error.B. The last row is at v = 0, column 0 at u = 0.
+/// Writes 32-bit float EXR: channels R, G, B, and their standard error as error.R, error.G, error.B. A light
+/// map is the light that met exactly one specular surface, in W/m²; its last row is at v = 0, column 0 at u
+/// = 0. A view is the mean radiance of every pixel's box in W/m²/sr: direct light, caustics on receivers,
+/// and paths of the camera through up to 12 mirrors and interfaces.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     map: MapFiles,
     #[command(flatten)]
     timeline: Timeline,
+    /// Compute the camera's view in place of a light map
+    #[arg(long, conflicts_with_all = ["receiver", "lightmap"])]
+    view: bool,
+    /// Size of the view in pixels, WIDTHxHEIGHT
+    #[arg(long, default_value = "1280x720", requires = "view", value_parser = picture_size)]
+    size: [u32; 2],
     /// Relative L1 error to reach: Σ|error| / ΣE as expected from the standard errors
     #[arg(long, default_value_t = Options::default().error)]
     error: f64,
@@ -48,20 +59,39 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What is computed.
+#[derive(Clone, Copy)]
+enum Subject {
+    /// Of the object with this number.
+    LightMap {
+        receiver: usize,
+        texels: [u32; 2],
+    },
+    View {
+        size: [u32; 2],
+    },
+}
+
 /// What is printed at the end.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Summary {
     #[serde(serialize_with = "lossy")]
     file: PathBuf,
-    receiver: String,
+    /// Of a light map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    receiver: Option<String>,
     width: u32,
     height: u32,
     relative_error: f64,
     samples: u64,
     /// Whether an earlier run had computed it.
     from_cache: bool,
-    /// W
-    received_flux: [f64; 3],
+    /// Of a light map, W.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    received_flux: Option<[f64; 3]>,
+    /// Of a view.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exposure_ev: Option<f64>,
     seconds: f64,
 }
 
@@ -70,20 +100,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let shots = files.shots(&arguments.timeline, &["exr"])?;
     let animation = load_scene(&files.scene)?.animation;
     let scene = animation.at(shots[0].time);
-    let (receiver, texels) = arguments.map.find_receiver(&scene)?;
-    let texels = (arguments.lightmap).map_or(texels, |size| size.texels(texels));
+    let subject = arguments.subject(&scene)?;
     let cancel = cancelled();
     if arguments.timeline.is_sequence() {
         let frames = each_frame(&shots, cancel, |shot| {
             let scene = animation.at(shot.time);
-            make(
-                arguments,
-                &scene,
-                (receiver, texels),
-                &shot.file,
-                &mut |_| {},
-                cancel,
-            )
+            make(arguments, &scene, subject, &shot.file, &mut |_| {}, cancel)
         })?;
         return match arguments.json {
             true => print_json(&serde_json::json!({ "frames": frames })),
@@ -93,14 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let bar = progress_bar(BAR as u64);
     let mut progress = |progress: &Progress| show(&bar, progress);
     let file = &shots[0].file;
-    let made = make(
-        arguments,
-        &scene,
-        (receiver, texels),
-        file,
-        &mut progress,
-        cancel,
-    );
+    let made = make(arguments, &scene, subject, file, &mut progress, cancel);
     bar.finish_and_clear();
     let summary = made?;
     match arguments.json {
@@ -109,11 +124,32 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
+impl Arguments {
+    fn subject(&self, scene: &Scene) -> Result<Subject> {
+        if self.view {
+            return Ok(Subject::View { size: self.size });
+        }
+        let (receiver, texels) = self.map.find_receiver(scene)?;
+        let texels = (self.lightmap).map_or(texels, |size| size.texels(texels));
+        Ok(Subject::LightMap { receiver, texels })
+    }
+}
+
+/// A light map or a view, as it is written.
+struct Made {
+    image: RgbImage,
+    standard_error: Vec<[f32; 3]>,
+    /// Of the values, for the file.
+    comment: String,
+    summary: Summary,
+    warnings: Vec<String>,
+}
+
 /// Solves one frame and writes it.
 fn make(
     arguments: &Arguments,
     scene: &Scene,
-    (receiver, texels): (usize, [u32; 2]),
+    subject: Subject,
     file: &Path,
     progress: &mut dyn FnMut(&Progress),
     cancel: &AtomicBool,
@@ -124,68 +160,135 @@ fn make(
         seed: arguments.seed,
     };
     let start = Instant::now();
-    let Cached {
-        reference,
-        from_cache,
+    let Made {
+        image,
+        standard_error,
+        comment,
+        summary,
         warnings,
-    } = match arguments.no_cache {
-        true => Cached {
-            reference: caustic(scene, receiver, texels, &options, progress, cancel)?,
-            from_cache: false,
-            warnings: Vec::new(),
-        },
-        false => cached_caustic(scene, receiver, texels, &options, progress, cancel)?,
+    } = match (subject, arguments.no_cache) {
+        (Subject::LightMap { receiver, texels }, is_new) => {
+            let name = scene.objects[receiver].name.clone();
+            light_map(
+                name,
+                match is_new {
+                    true => fresh(caustic(
+                        scene, receiver, texels, &options, progress, cancel,
+                    )?),
+                    false => cached_caustic(scene, receiver, texels, &options, progress, cancel)?,
+                },
+            )
+        }
+        (Subject::View { size }, is_new) => {
+            let exposure_ev = scene.camera.exposure_ev;
+            picture(
+                exposure_ev,
+                match is_new {
+                    true => fresh(view(scene, size, &options, progress, cancel)?),
+                    false => cached_view(scene, size, &options, progress, cancel)?,
+                },
+            )
+        }
     };
     log_some("warning", &warnings);
-    if reference.relative_error > options.error {
-        let percent = 100.0 * reference.relative_error;
+    if summary.relative_error > options.error {
+        let percent = 100.0 * summary.relative_error;
         log(
             "warning",
             &format!(
                 "stopped after {} rays with a relative error of {percent:.3} %; raise --max-samples",
-                reference.samples
+                summary.samples
             ),
         );
     }
-    let image = RgbImage {
-        width: reference.width,
-        height: reference.height,
-        pixels: to_f32(&reference.irradiance),
-    };
     let error = Layer {
         name: "error",
-        pixels: &to_f32(&reference.standard_error),
+        pixels: &standard_error,
     };
     let comment = format!(
-        "caustic irradiance, W/m^2; error.*: standard error, W/m^2; relative L1 error {:.3e}; seed {}",
-        reference.relative_error, options.seed
+        "{comment}; relative L1 error {:.3e}; seed {}",
+        summary.relative_error, options.seed
     );
     write_exr(file, &image, &[error], &comment)?;
     Ok(Summary {
         file: file.to_owned(),
-        receiver: scene.objects[receiver].name.clone(),
-        width: reference.width,
-        height: reference.height,
-        relative_error: reference.relative_error,
-        samples: reference.samples,
-        from_cache,
-        received_flux: reference.received_flux,
         seconds: start.elapsed().as_secs_f64(),
+        ..summary
     })
+}
+
+fn fresh<T>(reference: T) -> Cached<T> {
+    Cached {
+        reference,
+        from_cache: false,
+        warnings: Vec::new(),
+    }
+}
+
+fn light_map(receiver: String, cached: Cached) -> Made {
+    let reference = cached.reference;
+    Made {
+        image: RgbImage {
+            width: reference.width,
+            height: reference.height,
+            pixels: to_f32(&reference.irradiance),
+        },
+        standard_error: to_f32(&reference.standard_error),
+        comment: "caustic irradiance, W/m^2; error.*: standard error, W/m^2".into(),
+        summary: Summary {
+            receiver: Some(receiver),
+            width: reference.width,
+            height: reference.height,
+            relative_error: reference.relative_error,
+            samples: reference.samples,
+            from_cache: cached.from_cache,
+            received_flux: Some(reference.received_flux),
+            ..Summary::default()
+        },
+        warnings: cached.warnings,
+    }
+}
+
+fn picture(exposure_ev: f64, cached: Cached<View>) -> Made {
+    let view = cached.reference;
+    Made {
+        image: RgbImage {
+            width: view.width,
+            height: view.height,
+            pixels: to_f32(&view.radiance),
+        },
+        standard_error: to_f32(&view.standard_error),
+        comment: format!(
+            "{}; error.*: standard error, W/m^2/sr",
+            radiance_comment(exposure_ev)
+        ),
+        summary: Summary {
+            width: view.width,
+            height: view.height,
+            relative_error: view.relative_error,
+            samples: view.samples,
+            from_cache: cached.from_cache,
+            exposure_ev: Some(exposure_ev),
+            ..Summary::default()
+        },
+        warnings: cached.warnings,
+    }
 }
 
 impl Summary {
     /// For a person.
     fn print(&self) -> Result<()> {
-        let [r, g, b] = self.received_flux;
         let how = match self.from_cache {
             true => ", of an earlier run".into(),
             false => format!(" in {:.1} s", self.seconds),
         };
+        let what = self.receiver.as_deref().unwrap_or("view");
+        let flux = self.received_flux.map_or(String::new(), |[r, g, b]| {
+            format!("\nflux   {r:.6} {g:.6} {b:.6} W")
+        });
         print(&format!(
-            "{}: {} {}x{}\nerror  {:.3} % (L1, expected)\nflux   {r:.6} {g:.6} {b:.6} W\nrays   {:.1} million{how}",
+            "{}: {what} {}x{}\nerror  {:.3} % (L1, expected){flux}\nrays   {:.1} million{how}",
             self.file.display(),
-            self.receiver,
             self.width,
             self.height,
             100.0 * self.relative_error,

@@ -1,6 +1,6 @@
 //! `nephroid render`: the camera's view.
 
-use super::files::{Files, has_extension};
+use super::files::{Files, has_extension, radiance_comment};
 use super::gpu_options::{GpuOptions, Job};
 use clap::Args;
 use nephroid::image_file::{RgbImage, write_exr, write_png};
@@ -26,7 +26,8 @@ pub struct Arguments {
     gpu: GpuOptions,
 }
 
-fn picture_size(text: &str) -> Result<[u32; 2], String> {
+/// Width and height of a picture, in pixels.
+pub fn picture_size(text: &str) -> Result<[u32; 2], String> {
     let side = |text: &str| text.parse().ok().filter(|n| (1..=16384).contains(n));
     let size = text
         .split_once('x')
@@ -59,7 +60,8 @@ impl Job for Arguments {
             let rgb = tone_map::to_srgb(image, scene.camera.exposure_ev);
             write_png(file, image.width, image.height, &rgb)
         } else {
-            write_exr(file, image, &[], "radiance, W/m^2/sr")
+            let comment = radiance_comment(scene.camera.exposure_ev);
+            write_exr(file, image, &[], &comment)
         }
     }
 }

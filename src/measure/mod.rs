@@ -3,6 +3,7 @@
 mod aim;
 pub mod chart;
 mod compare;
+mod flip;
 pub mod machine;
 mod profile;
 pub mod stress;
@@ -10,6 +11,7 @@ pub mod sweep;
 
 pub use aim::Aim;
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
+pub use flip::{Flip, FlipPixel, PIXELS_PER_DEGREE, Region, flip};
 pub use profile::{PassProfile, Spread, profile};
 
 use crate::scene::Scene;
