@@ -208,7 +208,6 @@ mod tests {
             positions,
             normals,
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]],
-            ..Default::default()
         };
         let expected = [[true, true, false], [false, true, true], [true; 3]];
         assert_eq!(exposed_edges(&mesh), expected);
