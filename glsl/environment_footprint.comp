@@ -18,6 +18,7 @@ layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
 layout(std430, binding = 10) buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
 layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch cluster and environment cell
+CLUSTER_STARTS_OF(12)
 #include "project_push.glsl"
 
 #include "trace.glsl"
@@ -26,9 +27,13 @@ layout(std430, binding = 11) readonly buffer Pairs { uvec2 pairs[]; }; // patch 
 #include "planar_receiver.glsl"
 #include "kernel_fit.glsl"
 #include "flux.glsl"
+#include "above.glsl"
 #include "cluster.glsl"
+#include "cluster_light.glsl"
 #include "slots.glsl"
 
+// Variance of a cell's kernel over the cell's variance: SPREAD of src/render/environment/cells.rs.
+const float CELL_SPREAD = 1.3;
 // A footprint that subtends less than this angle, rad, spreads its flux evenly on the plane instead of over directions.
 const float MAX_PLANAR_ANGLE = 0.05;
 
@@ -50,11 +55,35 @@ vec4 extent_of(vec3 m, vec2 g) {
     return vec4(mix(low, vec2(-FAR), all_), mix(high, vec2(FAR), all_));
 }
 
+// Share of a kernel of the variance `variance` that is above -1 (evaluated for the profile (1 - x^2)^2).
+float landing_share(float variance) {
+    float q = min(0.5 + 0.5 * inversesqrt(7.0 * variance), 1.0);
+    return q * q * q * (10.0 + q * (6.0 * q - 15.0));
+}
+
+// Root of the covariance, in texels, by the directions of the light. The nine parts of the cell have the variance of the
+// part that is sent, less that within each of them, 1/9 of the cell's.
+mat2 light_image(Light light, SentLight sent, vec3 normal, float eta, PlanarReceiver receiver, float path) {
+    vec3 r = sent.outgoing;
+    vec2 a = landing_change(receiver, r, path / 3.0 * outgoing_change(sent.toward, normal, light.axis1, vec3(0.0), eta));
+    vec2 b = landing_change(receiver, r, path / 3.0 * outgoing_change(sent.toward, normal, light.axis2, vec3(0.0), eta));
+    // Rows of the linear map from changes of direction to texels.
+    mat3 axes = mat3(1.0);
+    mat3x2 change = mat3x2(
+        landing_change(receiver, r, path * axes[0]), landing_change(receiver, r, path * axes[1]), landing_change(receiver, r, path * axes[2]));
+    mat2 between = change * sent.covariance * transpose(change);
+    vec3 covariance = outer2(a) + outer2(b) + CELL_SPREAD * vec3(between[0][0], between[0][1], between[1][1]);
+    float root = sqrt(max(covariance.x, 1e-12));
+    float beside = covariance.y / root;
+    return mat2(root, beside, 0.0, sqrt(max(covariance.z - beside * beside, 0.0)));
+}
+
 // The image of a patch on the plane of a receiver, in texels.
 struct PatchImage {
     vec2 centre;
     float mean_distance; // from the patch along r, m
-    mat2 root;           // of the covariance
+    mat2 root;           // of the covariance by the patch
+    mat2 light_root;     // of the covariance by the light
 };
 
 // Writes the footprints of `patch_` with `flux`, W, on `receiver`, number `index`, along the outgoing direction r of the
@@ -63,8 +92,7 @@ struct PatchImage {
 //
 // Footprints are not returned: lavapipe copies an array of them at every call, which took a quarter of the time on a
 // scene of two lobes and five receivers.
-uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, vec3 flux, float eta, vec3 r, PlanarReceiver receiver, uint index, uint slot) {
-    vec3 normal = normalize(patch_.normal);
+uint footprints_of(Patch patch_, PatchImage image, vec3 flux, float eta, vec3 r, PlanarReceiver receiver, uint index, uint slot) {
     vec2 centre = image.centre;
     float mean_distance = image.mean_distance;
     // A flat patch preserves the sharpness of the image. A wide kernel, whose sum is even to 0.1 %, therefore blurs
@@ -72,13 +100,7 @@ uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, 
     bool is_flat = has_constant_normal(patch_);
     mat2 of_patch = image.root * sqrt(is_flat ? push.flat_spread : push.spread);
 
-    // The light's directions form a cone around r; this is the section of the cone with the plane.
-    vec3 a, b;
-    light_axes(light, disc, a, b);
-    a = mean_distance * outgoing_change(disc.direction, normal, a, vec3(0.0), eta);
-    b = mean_distance * outgoing_change(disc.direction, normal, b, vec3(0.0), eta);
-    mat2 of_light = mat2(landing_change(receiver, r, a), landing_change(receiver, r, b));
-    Kernel kernel = kernel_for(of_patch, of_light, 1.0 / 12.0, is_flat ? SHARPEST : SHARPEST_CURVED);
+    Kernel kernel = kernel_for(of_patch, image.light_root, 1.0 / 12.0, is_flat ? SHARPEST : SHARPEST_CURVED);
 
     // The patch sends its light to one side of its own plane, which intersects the receiver in the line 1 + edge.d = 0.
     // The footprint's part behind the line is folded back: a second footprint, the first one reflected at the line in
@@ -99,8 +121,6 @@ uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, 
     Level tile = level_of(receiver, level);
     float scale = 1.0 / float(1 << level);
     vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
-    vec2 target_texel = clamp(centre, origin, origin + vec2(receiver.width, receiver.height));
-    vec3 target = from_texels(receiver, target_texel);
     centre = vec2(tile.origin) + (centre - origin) * scale;
     kernel = rescaled(kernel, 0.25 * (float(1 << 2 * level) - 1.0), scale);
 
@@ -120,6 +140,8 @@ uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, 
     vec2 slant = slant_of(receiver, r, mean_distance) / scale;
     bool is_wide = !folded && !is_small && dot(abs(slant) + sqrt(bulge), half_size) > MAX_PLANAR_ANGLE;
     if (is_wide) {
+        // The part of the kernel that misses the plane is added to the rest: all of the flux reaches the plane.
+        flux /= landing_share(quadratic2(kernel.covariance, slant));
         vec3 q = conic - vec3(bulge.x, 0.0, bulge.y);
         float determinant = q.x * q.z - q.y * q.y;
         low = tile_low;
@@ -140,8 +162,6 @@ uint footprints_of(Patch patch_, PatchImage image, Light light, LightDisc disc, 
     high = clamp(high, tile_low, tile_high);
     if (!(all(lessThan(low, high)) && kernel.determinant > 0.0)) return 0;
 
-    // Visibility from the patch to the receiver's point nearest to the centre.
-    if (push.can_occlude != 0 && occluded(patch_.position, target - patch_.position, SHADOW_RAY_END, patch_.triangle)) return 0;
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
     // The fold, in texels of the level.
@@ -195,28 +215,28 @@ void main() {
         uvec2 pair = pairs[push.first_pair + local];
         Patch patch_ = patches[pair.x];
         Light light = light_at(pair.y);
-        LightDisc disc = disc_at(light, patch_.position);
-        float eta = orient_toward(patch_, disc.direction);
-        bool is_close = false;
-        for (uint index = 0; index < push.receiver_count && !is_close; index++) is_close = is_close_cluster(patch_, planar_receiver_at(index));
+        float eta = orient_toward(patch_, light.place);
+        float side = dot(patch_.normal, patches[pair.x].normal) < 0.0 ? -1.0 : 1.0;
+        vec3 normal = normalize(patch_.normal);
+        Cell cell = cell_of(light);
+        vec2 point = pair_point(pair);
         uint first_slot = local * 2 * push.lobes * push.receiver_count;
-        vec3 flux[2];
-        if (is_close && flux_of(patch_, light, disc, eta, flux)) {
-            vec3 normal = normalize(patch_.normal);
-            for (uint lobe = 0; lobe < push.lobes; lobe++) {
-                if (flux[lobe] == vec3(0.0)) continue;
-                float lobe_eta = lobe == 0 ? 0.0 : eta;
-                vec3 r = outgoing_direction(disc.direction, normal, lobe_eta);
-                for (uint index = 0; index < push.receiver_count; index++) {
-                    PlanarReceiver receiver = planar_receiver_at(index);
-                    // The ray must travel toward the plane's front.
-                    if (!is_close_cluster(patch_, receiver) || dot(r, receiver.normal) >= -1e-6) continue;
-                    PatchImage image;
-                    image.mean_distance = dot(receiver.origin - patch_.position, receiver.normal) / dot(r, receiver.normal);
-                    image.centre = to_texels(receiver, patch_.position + image.mean_distance * r);
-                    image.root = cluster_image(patch_, disc.direction, normal, lobe_eta, receiver, r, image.mean_distance);
-                    count += footprints_of(patch_, image, light, disc, flux[lobe], lobe_eta, r, receiver, index, first_slot + count);
-                }
+        for (uint lobe = 0; lobe < (eta > 0.0 ? 2 : 1); lobe++) {
+            float lobe_eta = lobe == 0 ? 0.0 : eta;
+            for (uint index = 0; index < push.receiver_count; index++) {
+                PlanarReceiver receiver = planar_receiver_at(index);
+                if (!is_close_cluster(patch_, receiver)) continue;
+                SentLight sent;
+                if (!send(patch_, cell, eta, lobe == 1, receiver, point.x, sent)) continue;
+                if (!arrives(pair.x, side, sent.ray, lobe_eta, receiver, point.y)) continue;
+                vec3 r = sent.outgoing;
+                PatchImage image;
+                image.mean_distance = dot(receiver.origin - patch_.position, receiver.normal) / dot(r, receiver.normal);
+                image.centre = to_texels(receiver, patch_.position + image.mean_distance * r);
+                image.root = cluster_image(patch_, sent.toward, normal, lobe_eta, receiver, r, image.mean_distance);
+                image.light_root = light_image(light, sent, normal, lobe_eta, receiver, image.mean_distance);
+                vec3 flux = light.power * patch_.area * sent.cosine;
+                count += footprints_of(patch_, image, flux, lobe_eta, r, receiver, index, first_slot + count);
             }
         }
     }

@@ -18,6 +18,7 @@ layout(std430, binding = 7) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 8) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // images, lit pairs
 layout(std430, binding = 9) buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where images are in level l
 layout(std430, binding = 10) readonly buffer Pairs { uvec2 pairs[]; }; // patch cluster and environment cell
+CLUSTER_STARTS_OF(11)
 #include "project_push.glsl"
 
 #include "trace.glsl"
@@ -26,39 +27,19 @@ layout(std430, binding = 10) readonly buffer Pairs { uvec2 pairs[]; }; // patch 
 #include "planar_receiver.glsl"
 #include "kernel.glsl"
 #include "flux.glsl"
+#include "above.glsl"
 #include "cluster.glsl"
+#include "cluster_light.glsl"
 #include "slots.glsl"
 
-// Lower bound on the cosines at the patch and at the receiver.
-const float GRAZING = 0.01;
 // Half width of the blur kernel (1 - x^2)^2 over its standard deviation.
 const float SOFT = sqrt(7.0);
+// Half range of azimuths, rad, beyond which an image is not bounded.
+const float MAX_BOUNDED_AZIMUTH = 1.2;
 // Sine of elevation beyond which a cell is treated as ending at a pole.
 const float POLE = 0.9999;
 // Width of a coarse level's texel over the standard deviation of the blur's narrower axis, at most.
 const float COARSE_TEXEL = 2.0;
-
-// An environment cell in the axes of its centre.
-struct Cell {
-    vec3 ahead;
-    vec3 east;
-    float half_azimuth;  // tangent
-    float half_sine;
-    float sine;
-};
-
-Cell cell_of(Light light) {
-    vec3 ahead = normalize(vec3(light.place.x, 0.0, light.place.z));
-    return Cell(ahead, vec3(-ahead.z, 0.0, ahead.x), tan(min(light.half_azimuth, 1.5)), light.half_sine, light.place.y);
-}
-
-// The direction at uv; the cell is -1 to 1 on both axes.
-vec3 toward(Cell cell, vec2 uv) {
-    float across = uv.x * cell.half_azimuth;
-    float sine = clamp(cell.sine + uv.y * cell.half_sine, -1.0, 1.0);
-    float level = sqrt(1.0 - sine * sine) * inversesqrt(1.0 + across * across);
-    return level * (cell.ahead + across * cell.east) + vec3(0.0, sine, 0.0);
-}
 
 // Whether the cell also extends behind the patch, which faces the cell's centre.
 bool is_on_both_sides(Patch patch_, Light light) {
@@ -70,9 +51,9 @@ bool is_on_both_sides(Patch patch_, Light light) {
 }
 
 // The reflected image or, with `refracts`, the refracted image on the receiver `index`. Returns false where there is
-// none. `eta` is the index of refraction before the patch over the index behind it, 0 for a mirror. `lit` caches
-// whether the cell is visible from the patch: -1 unknown, 0 no, 1 yes.
-bool project_image(Patch patch_, Light light, float eta, bool refracts, uint index, inout int lit, out PinholeImage image) {
+// none. `eta` is the index of refraction before the patch over the index behind it, 0 for a mirror. `side` is -1 where
+// the patch was turned.
+bool project_image(Patch patch_, float side, Light light, float eta, bool refracts, uint index, uvec2 members, out PinholeImage image) {
     float lobe_eta = refracts ? eta : 0.0;
     PlanarReceiver receiver = planar_receiver_at(index);
     if (is_close_cluster(patch_, receiver)) return false;
@@ -80,22 +61,17 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     float height = dot(patch_.position - receiver.origin, m);
     if (height <= 0.0) return false;
     vec3 normal = normalize(patch_.normal);
-    vec3 geometric = cross(patch_.edge1, patch_.edge2);
 
-    // Mean direction of the light that the patch sends toward the receiver.
     Cell cell = cell_of(light);
-    vec3 middle = vec3(0.0);
-    for (int i = 0; i < 9; i++) {
-        vec3 s = toward(cell, 2.0 / 3.0 * vec2(i % 3 - 1, i / 3 - 1));
-        if (dot(s, normal) > GRAZING && dot(outgoing_direction(s, normal, lobe_eta), m) < -GRAZING) middle += s;
-    }
-    if (middle == vec3(0.0)) return false;
-    middle = normalize(middle);
+    vec2 point = pair_point(members);
+    SentLight sent;
+    if (!send(patch_, cell, eta, refracts, receiver, point.x, sent)) return false;
+    vec3 middle = sent.toward;
     vec3 r = outgoing_direction(middle, normal, lobe_eta);
-    // The mean of a wide cell may be refracted away from the receiver.
-    if (dot(r, m) >= -GRAZING) return false;
-    if (lit < 0) lit = int(push.can_occlude == 0 || !occluded(patch_.position, middle, FAR, patch_.triangle));
-    if (lit == 0) return false;
+    if (r == vec3(0.0)) return false;
+    // The mean of a wide cell may leave away from the receiver.
+    r = normalize(r - max(dot(r, m) + GRAZING, 0.0) * m);
+    float range = refracts ? 0.0 : range_along(bend_of(patch_), normal, middle);
     float path = height / -dot(r, m);
 
     mat2 of_patch = cluster_image(patch_, middle, normal, lobe_eta, receiver, r, path) * sqrt(push.spread);
@@ -116,7 +92,7 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     vec3 u = receiver.edge_u / (float(receiver.width) * scale * height);
     vec3 v = -receiver.edge_v / (float(receiver.height) * scale * height);
     vec3 ahead = cell.ahead;
-    vec3 east = cell.east / cell.half_azimuth;
+    vec3 east = cell.east;
     vec3 up = vec3(0.0, 1.0 / cell.half_sine, 0.0);
     vec3 cosine = normal;
     vec3 along_normal = vec3(0.0);
@@ -140,13 +116,14 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     float normal_part_change = refracts ? at / (lobe_eta * lobe_eta * normal_part + lobe_eta * at) - 1.0 / lobe_eta : 0.0;
     float forward = dot(ahead, r) + along_normal.x * normal_part;
     float sideward = dot(east, r) + along_normal.y * normal_part;
+    float nearness = 1.0 / (cell.half_azimuth * max(forward * forward + sideward * sideward, 1e-6));
     vec2 du, dv;
     for (int i = 0; i < 2; i++) {
         vec3 texel = i == 0 ? u : v;
         vec3 turn = (texel - r * dot(r, texel)) * (height / path);
         float more = normal_part_change * dot(cosine, turn);
         vec3 change = vec3(dot(ahead, turn), dot(east, turn), dot(up, turn)) + along_normal * more;
-        du[i] = (change.y - sideward / forward * change.x) / forward;
+        du[i] = (forward * change.y - sideward * change.x) * nearness;
         dv[i] = change.z;
     }
     vec3 blur = vec3(
@@ -155,8 +132,10 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
         quadratic2(covariance, dv));
     // An unblurred box has the variance 1/3. Only a wider blur rounds the corners.
     float share = blur.x / (blur.x + 1.0 / 3.0);
-    float shear = blur.y / (blur.x + 1.0 / 3.0) * share;
+    float shear = clamp(blur.y / (blur.x + 1.0 / 3.0) * share, -1e3, 1e3);
     vec2 soft = SOFT * sqrt(max(vec2(blur.x, blur.z - shear * blur.y), 1e-8));
+    // The blur reaches around the vertical once at most.
+    soft.x = min(soft.x, PI / cell.half_azimuth - 1.0 + 1e-4);
 
     // Nothing lies beyond the poles, so edges at the poles stay sharp.
     float low_sine = cell.sine - cell.half_sine;
@@ -178,10 +157,15 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     edge.y += abs(shear) * edge.x;
     vec2 low = vec2(FAR);
     vec2 high = vec2(-FAR);
-    vec2 inside = vec2(dot(middle, normal), -dot(r, m)) - 0.1 * GRAZING;
+    // The points must not lie too far apart.
+    if (edge.x * cell.half_azimuth > MAX_BOUNDED_AZIMUTH) {
+        low = vec2(-FAR);
+        high = vec2(FAR);
+    }
+    vec2 inside = vec2(dot(middle, normal) + range, -dot(r, m)) - 0.1 * GRAZING;
     for (int i = 0; i < 10; i++) {
         vec3 s = toward(cell, edge * vec2(0.5 * float(i % 5) - 1.0, i < 5 ? -1.0 : 1.0));
-        float outside = dot(s, normal) - 0.1 * GRAZING;
+        float outside = dot(s, normal) + range - 0.1 * GRAZING;
         if (outside < 0.0) s = mix(middle, s, inside.x / (inside.x - outside));
         s = outgoing_direction(lobe_eta > 0.0 ? normalize(s) : s, normal, lobe_eta);
         if (s == vec3(0.0)) {
@@ -200,12 +184,8 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     level_bounds(tile, level, tile_low, tile_high);
     low = clamp(foot + low, tile_low, tile_high);
     high = clamp(foot + high, tile_low, tile_high);
-    if (!all(lessThan(low, high)) || dot(geometric, r) > 0.0 != (lobe_eta == 0.0)) return false;
+    if (!all(lessThan(low, high)) || !arrives(members.x, side, sent.ray, lobe_eta, receiver, point.y)) return false;
 
-    vec2 target = to_texels(receiver, patch_.position + path * r);
-    target = clamp(target, origin, origin + vec2(receiver.width, receiver.height));
-    vec3 off = from_texels(receiver, target) - patch_.position;
-    if (push.can_occlude != 0 && occluded(patch_.position, off, SHADOW_RAY_END, patch_.triangle)) return false;
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
     vec3 radiance = light.power / (4.0 * light.half_azimuth * light.half_sine);
@@ -213,19 +193,18 @@ bool project_image(Patch patch_, Light light, float eta, bool refracts, uint ind
     // The Fresnel factor is evaluated per texel, because it varies strongly with the angle. Refracted radiance scales
     // with the square of the index.
     if (eta == 0.0) {
-        radiance *= reflected_share(object, dot(middle, normal), eta);
+        radiance *= reflected_share(object, mean_above(dot(middle, normal), range), eta);
     } else if (refracts) {
         radiance /= lobe_eta * lobe_eta;
     }
     float image_eta = refracts ? lobe_eta : eta > 0.0 ? 1.0 / eta : 1.0;
-    float reflects = !refracts && eta > 0.0 ? 1.0 : 0.0;
     image = PinholeImage(
         foot, low, high, vec2(dot(u, u), dot(v, v)),
         vec3(dot(ahead, u), dot(ahead, v), -dot(ahead, m)), 1.0 / soft.x,
         vec3(dot(east, u), dot(east, v), -dot(east, m)), 1.0 / soft.y,
-        vec3(dot(up, u), dot(up, v), -dot(up, m)), shear,
+        vec3(dot(up, u), dot(up, v), -dot(up, m)), packHalf2x16(vec2(shear, min(range, 1e4))),
         vec3(dot(cosine, u), dot(cosine, v), -dot(cosine, m)), cell.sine / cell.half_sine,
-        radiance * (patch_.area / (height * height)), image_eta, along_normal, reflects);
+        radiance * (patch_.area / (height * height)), image_eta, along_normal, cell.half_azimuth);
     return true;
 }
 
@@ -240,6 +219,7 @@ void main() {
         // The part of the cell on the light's side of the patch; for a dielectric with light on both sides, then the
         // part on the other side.
         float lobe_eta = orient_toward(patch_, light.place);
+        float side = dot(patch_.normal, patches[members.x].normal) < 0.0 ? -1.0 : 1.0;
         bool is_other = false;
         bool has_other = lobe_eta > 0.0 && is_on_both_sides(patch_, light);
         do {
@@ -247,12 +227,12 @@ void main() {
                 vec3 other_side = -cross(patch_.edge1, patch_.edge2);
                 patch_ = patches[members.x];
                 lobe_eta = orient_toward(patch_, other_side);
+                side = -side;
             }
             for (uint lobe = 0; lobe < (lobe_eta > 0.0 ? 2 : 1); lobe++) {
-                int lit = -1;
                 for (uint index = 0; index < push.receiver_count; index++) {
                     PinholeImage image;
-                    if (project_image(patch_, light, lobe_eta, lobe == 1, index, lit, image)) pinhole_images[first_slot + count++] = image;
+                    if (project_image(patch_, side, light, lobe_eta, lobe == 1, index, members, image)) pinhole_images[first_slot + count++] = image;
                 }
             }
             is_other = !is_other;

@@ -5,12 +5,14 @@
 mod common;
 
 use common::{
-    Device, assert_error, assert_physical, brighter, flux, footprint, load, method, moved, options,
-    rect, scaled, solve,
+    Device, assert_error, assert_physical, brighter, flux, footprint, load, method, moved,
+    only_receiver, options, rect, scaled, solve,
 };
 use glam::DVec3;
 use nephroid::render::{Method, Renderer, Settings};
-use nephroid::scene::{Atlas, Geometry, Scene};
+use nephroid::scene::{Atlas, EnvironmentMap, Geometry, LightKind, Scene};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// A mean error of a few per cent a texel is one of much less in the sum.
 const REFERENCE_ERROR: f64 = 0.01;
@@ -242,4 +244,81 @@ fn ball_by_pinhole() {
     let map = device.caustic(&scene, "floor", &settings);
     let error = |factor| common::ratio_error(flux(&scaled(&map, factor), &floor), truth);
     assert_error("ball, energy by pinhole", 0.005, error(1.0), error(1.01));
+}
+
+/// A sky as photographs show it, without the sun's disc: a glow around the sun, clouds, a ragged horizon, and ground that is
+/// a fifth as bright.
+fn photographed() -> EnvironmentMap {
+    let (width, height) = (256, 128);
+    let waves = |x: f64, y: f64| -> f64 {
+        let wave = |k: i32| (f64::from(k) * x + 1.7 * f64::from(k * k) + 9.0 * y).sin();
+        [2, 3, 5, 9, 17, 31]
+            .map(|k| wave(k) / f64::from(k).sqrt())
+            .iter()
+            .sum()
+    };
+    let sun = DVec3::new(-0.64, 0.62, -0.45).normalize();
+    let pixel = |i: u32| {
+        let azimuth = (f64::from(i % width) + 0.5) * TAU / f64::from(width);
+        let elevation = PI * (0.5 - (f64::from(i / width) + 0.5) / f64::from(height));
+        let (sine, level) = elevation.sin_cos();
+        let toward = DVec3::new(level * azimuth.sin(), sine, -level * azimuth.cos());
+        let from_sun = toward.angle_between(sun);
+        if elevation < 0.03 * (1.0 + waves(azimuth, 0.0)) {
+            let bright = 0.2 + 0.05 * waves(azimuth, 3.0 * elevation);
+            return bright * DVec3::new(1.0, 0.9, 0.7);
+        }
+        let clear = (0.5 + (1.0 - sine).powi(4)) * DVec3::new(0.35, 0.55, 1.0);
+        let cloud = (1.2 + 3.0 * (-2.0 * from_sun).exp()) * DVec3::new(1.0, 0.97, 0.93);
+        let cover = (2.0 * waves(azimuth, elevation) - 0.4).clamp(0.0, 1.0);
+        let glow = 1.5 * (-4.0 * from_sun).exp() + 20.0 * (-20.0 * from_sun).exp();
+        clear.lerp(cloud, cover) + glow * DVec3::new(1.0, 0.93, 0.8)
+    };
+    EnvironmentMap {
+        width,
+        height,
+        radiance: (0..width * height)
+            .map(|i| pixel(i).as_vec3().to_array())
+            .collect(),
+    }
+}
+
+/// Under an even sky, windows in a dark room, and a photographed sky. `receiver` is small, because its flux is all that
+/// counts: 32² texels with a noise of 3 % each have one of 0.1 to 0.2 % in the sum. With 16 384 samples up to 1.6 % are missing,
+/// less with more. Light that was dropped with whole clusters was 6 to 15 %.
+fn keeps_the_energy_of_skies(name: &str, receiver: &str, bound: f64) {
+    let device = Device::open();
+    let environment = |name: &str| load(name).lights[0].kind.clone();
+    let photographed = LightKind::Environment {
+        map: Arc::new(photographed()),
+        scale: 1.0,
+        rotation: 0.3,
+    };
+    let skies = [
+        ("an even sky", environment("ball.toml")),
+        ("windows", environment("table.toml")),
+        ("a photographed sky", photographed),
+    ];
+    for (sky, kind) in skies {
+        let mut scene = only_receiver(load(name), receiver, [32, 32]);
+        scene.lights.truncate(1);
+        scene.lights[0].kind = kind;
+        let truth = [solve(&scene, receiver, [32, 32], &options(0.03)).received_flux];
+        let error = |factor| {
+            let scene = brighter(scene.clone(), factor);
+            energy_error(&device, &scene, &footprint(16_384), &truth)
+        };
+        let what = format!("{name} under {sky}, energy");
+        assert_error(&what, bound, error(1.0), error(1.0 + 3.0 * bound));
+    }
+}
+
+#[test]
+fn cage_under_skies() {
+    keeps_the_energy_of_skies("mesh_cage.toml", "floor", 0.02);
+}
+
+#[test]
+fn animal_under_skies() {
+    keeps_the_energy_of_skies("mesh_animal.toml", "floor", 0.02);
 }

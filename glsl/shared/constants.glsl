@@ -37,6 +37,8 @@ const uint SPLAT_GROUP = 64;
 const uint PAIRS_PER_THREAD = 8;
 // Footprints of a patch on a mesh receiver for one lobe.
 const uint MESH_FOOTPRINT_SLOTS = 32;
+// Places on a patch cluster where rays start; each stands for an equal share of its surface.
+const uint CLUSTER_STARTS = 4;
 // Exponent p of the sharpest kernel of the table of profiles. Flat patches use it.
 const float SHARPEST = 7.0;
 

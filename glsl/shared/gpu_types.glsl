@@ -141,6 +141,14 @@ struct Patch {
     float unused2;
 };
 
+// A place on a patch cluster where rays start.
+struct ClusterStart {
+    vec3 position;
+    uint triangle;
+    vec3 normal;     // interpolated, unit
+    float unused;
+};
+
 // The image that a patch projects of a light onto a planar receiver. Let d be the offset from `centre` in texels of the
 // light-map image, along = 1 + slant . d and s^2 = 1 + 2 slant . d + bulge . d^2. The irradiance at d is
 // peak * kernel_value(flatness, d^T conic d / s^2) * along / s^4 * clamp(clip.z + clip.xy . d, 0, 1).
@@ -159,9 +167,9 @@ struct Footprint {
 
 // The image that a patch projects of an environment cell onto a planar receiver. Let s be the distance from the patch to
 // the texel over the patch's height, s^2 = 1 + dot(size, (texel - foot)^2), q = (texel - foot, 1) / s, and
-// b = normal_coefficient(cosine . q, eta). The cell is visible where |u| < 1 and |v| < 1 with
-// u = (east . q + normal.y b) / (ahead . q + normal.x b) and v = up . q + normal.z b - sine - shear u.
-// The irradiance there is radiance * cosine . q / s^3 times the Fresnel factor of the texel.
+// b = normal_coefficient(cosine . q, eta). The cell is visible where |u| < 1 and |v| < 1 with u = atan(east . q +
+// normal.y b, ahead . q + normal.x b) / half_azimuth and v = up . q + normal.z b - sine - shear u.
+// The irradiance there is radiance * mean_above(cosine . q / s, range) / s^3 times the Fresnel factor of the texel.
 struct PinholeImage {
     vec2 foot;       // foot of the perpendicular from the patch to the receiver's plane, in the light-map image
     vec2 lower;      // bounds in the light-map image, texels
@@ -172,13 +180,13 @@ struct PinholeImage {
     vec3 east;
     float sharp_sine;
     vec3 up;
-    float shear;
+    uint shear_range; // two halves: shear; half the range of the cosine over the patch
     vec3 cosine;
     float sine;
     vec3 radiance;   // W/m^2: reflected or refracted radiance times the patch's area over its squared height
     float eta;       // index of refraction on the far side of the surface over that on the receiver's side; 1 for mirrors
     vec3 normal;     // the surface normal in the cell's axes (ahead, east, up); 0 for reflected light
-    float reflects;  // 1: light that a dielectric reflects; 0: light that it refracts, or that a mirror reflects
+    float half_azimuth;
 };
 
 // The image that a patch projects of a light onto a node of a mesh receiver. Let q be the offset from `centre` to a

@@ -102,3 +102,12 @@ float last_of(uvec4 texel) {
         uvec4 a = TEXEL(facet_images, 1, index, 0);                                        \
         return FacetImage(uintBitsToFloat(a.x), a.y, a.z, last_of(a));                     \
     }
+
+// CLUSTER_STARTS for each patch cluster.
+#define CLUSTER_STARTS_OF(slot)                                                            \
+    layout(binding = slot) uniform usamplerBuffer starts;                                  \
+    ClusterStart cluster_start_at(uint index) {                                            \
+        uvec4 a = TEXEL(starts, 2, index, 0);                                              \
+        uvec4 b = TEXEL(starts, 2, index, 1);                                              \
+        return ClusterStart(floats_of(a), a.w, floats_of(b), last_of(b));                  \
+    }

@@ -59,14 +59,15 @@ mirrors! {
         normal_du: Vec3, unused1: f32,
         normal_dv: Vec3, unused2: f32,
     }
+    ClusterStart { position: Vec3, triangle: u32, normal: Vec3, unused: f32, }
     Footprint {
         centre: Vec2, slant: Vec2, conic: Vec3, flatness: f32, peak: Vec3, bulge_x: f32,
         clip: Vec3, bulge_y: f32, lower: Vec2, upper: Vec2,
     }
     PinholeImage {
         foot: Vec2, lower: Vec2, upper: Vec2, size: Vec2,
-        ahead: Vec3, sharp_azimuth: f32, east: Vec3, sharp_sine: f32, up: Vec3, shear: f32,
-        cosine: Vec3, sine: f32, radiance: Vec3, eta: f32, normal: Vec3, reflects: f32,
+        ahead: Vec3, sharp_azimuth: f32, east: Vec3, sharp_sine: f32, up: Vec3, shear_range: u32,
+        cosine: Vec3, sine: f32, radiance: Vec3, eta: f32, normal: Vec3, half_azimuth: f32,
     }
     MeshFootprint {
         centre: Vec3, flatness: f32, u: Vec3, travelled: f32, v: Vec3, low: u32, direction: Vec3, high: u32,
@@ -169,6 +170,7 @@ mod tests {
         "Light",
         "PlanarReceiver",
         "Facet",
+        "ClusterStart",
     ];
 
     /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.

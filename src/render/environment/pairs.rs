@@ -47,6 +47,8 @@ const PAIR_BYTES: u64 = 400;
 pub struct CellPatchPairs {
     pub lights: Buffer,
     pub patches: Buffer,
+    /// Places on the patches where rays start.
+    pub starts: Buffer,
     pub patch_count: u32,
     /// Patch and cell of each pair.
     pub pairs: Buffer,
@@ -143,10 +145,12 @@ impl CellPatchPairs {
         }
         let lights = lights_of(&cells, environment);
         let (selection, patches) = clusters.select(store, levels);
+        let starts = clusters.starts(store, &selection);
         let buffer = |name, bytes: usize| Buffer::new(context, name, bytes as u64);
         let new = Self {
             lights: buffer("environment cells", size_of_val(&*lights))?,
             patches: buffer("patch clusters", size_of_val(&*patches))?,
+            starts: buffer("starts of rays", size_of_val(&*starts))?,
             patch_count: patches.len() as u32,
             pairs: buffer("pairs", size_of_val(&*pairs))?,
             pair_count: pairs.len() as u32,
@@ -157,6 +161,7 @@ impl CellPatchPairs {
         };
         staging.write(&new.lights, 0, &lights)?;
         staging.write(&new.patches, 0, &patches)?;
+        staging.write(&new.starts, 0, &starts)?;
         staging.write(&new.pairs, 0, &pairs)?;
         Ok(new)
     }
@@ -176,6 +181,8 @@ impl CellPatchPairs {
         if has_moved {
             let patches = self.clusters.patches(store, &self.selection);
             staging.write(&self.patches, 0, &patches)?;
+            let starts = self.clusters.starts(store, &self.selection);
+            staging.write(&self.starts, 0, &starts)?;
         }
         Ok(())
     }

@@ -4,16 +4,19 @@
 
 use crate::math::covariance_root;
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{Normals, Patch, Triangle};
+use crate::render::gpu_types::constants::CLUSTER_STARTS;
+use crate::render::gpu_types::{ClusterStart, Normals, Patch, Triangle};
 use crate::render::patches::kd_tree::{Cells, Moments, Point, split};
 use crate::scene::Scene;
-use glam::{DMat2, DMat3, DVec2, DVec3};
+use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Subtriangles per patch of the finest level. With 4 the borders of the clusters are rough: the L1 of the ring was 4.4
 /// and 4.1 % with 16 k and 64 k samples, and 4.0 and 2.9 % with 16.
 const SUBTRIANGLES_PER_PATCH: f64 = 16.0;
+/// Lower bound on the length of a cluster's mean normal.
+const MIN_MEAN_NORMAL: f64 = 1e-3;
 /// Midpoints of a triangle's sides, as coefficients of its edges from the first corner. For functions that are linear
 /// over the triangle, the moments over the midpoints equal the triangle's moments up to the second.
 const MIDPOINTS: [[f64; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
@@ -38,8 +41,10 @@ pub struct PatchClusters {
 /// The patches in use.
 pub struct Selection {
     levels: Vec<usize>,
-    /// Per level and cluster: the subtriangle nearest to the cluster's centroid, where rays start.
+    /// Per level and cluster: the subtriangle nearest to the cluster's centroid.
     centres: Vec<Vec<u32>>,
+    /// Per level and cluster: the subtriangles where rays start.
+    starts: Vec<Vec<[u32; CLUSTER_STARTS as usize]>>,
 }
 
 impl PatchClusters {
@@ -109,9 +114,55 @@ impl PatchClusters {
                 of_level.map(|(cell, all)| centre(cell, all)).collect()
             })
             .collect();
-        let selection = Selection { levels, centres };
+        let starts = (levels.par_iter())
+            .map(|&level| {
+                let cells = self.cells.levels[level].iter();
+                cells.map(|cell| self.starts_in(cell, &sums)).collect()
+            })
+            .collect();
+        let selection = Selection {
+            levels,
+            centres,
+            starts,
+        };
         let patches = self.patches_from(&all, store, &selection);
         (selection, patches)
+    }
+
+    /// Subtriangles that each stand for an equal share of a cluster's surface.
+    fn starts_in(&self, cell: &Range<usize>, sums: &[Sums]) -> [u32; CLUSTER_STARTS as usize] {
+        let total: f64 = self.cells.points(cell).map(|i| sums[i].area).sum();
+        let mut points = self.cells.points(cell);
+        let (mut point, mut passed) = (points.next().expect("no cell is empty"), 0.0);
+        std::array::from_fn(|k| {
+            let wanted = total * (k as f64 + 0.5) / f64::from(CLUSTER_STARTS);
+            while passed + sums[point].area < wanted
+                && let Some(next) = points.next()
+            {
+                passed += sums[point].area;
+                point = next;
+            }
+            point as u32
+        })
+    }
+
+    /// The places where rays of the selected patches start, [`CLUSTER_STARTS`] each.
+    pub fn starts(&self, store: &TriangleStore, selection: &Selection) -> Vec<ClusterStart> {
+        let starts = selection.starts.iter().flatten().flatten();
+        starts
+            .map(|&index| {
+                let subtriangle = &self.subtriangles[index as usize];
+                let (triangle, _, normals) = subtriangle.triangle(store);
+                let [s, t] = subtriangle.centroid().to_array();
+                let Normals { n0, n1, n2, .. } = *normals;
+                ClusterStart {
+                    position: subtriangle.middle(store),
+                    triangle,
+                    normal: (n0 + s * (n1 - n0) + t * (n2 - n0)).normalize_or_zero(),
+                    unused: 0.0,
+                }
+            })
+            .collect()
     }
 
     /// The selected patches for the present shape of the surfaces.
@@ -218,6 +269,17 @@ impl Subtriangle {
         (place, &store.triangles[index], &store.normals[index])
     }
 
+    /// Its centroid, as coefficients of the triangle's edges.
+    fn centroid(&self) -> Vec2 {
+        (self.midpoints.iter().sum::<DVec2>() / 3.0).as_vec2()
+    }
+
+    fn middle(&self, store: &TriangleStore) -> Vec3 {
+        let (_, triangle, _) = self.triangle(store);
+        let [s, t] = self.centroid().to_array();
+        triangle.position + s * triangle.edge1 + t * triangle.edge2
+    }
+
     fn sums(&self, store: &TriangleStore) -> Sums {
         let (_, triangle, normals) = self.triangle(store);
         let [corner, edge1, edge2] =
@@ -289,8 +351,12 @@ impl Sums {
     fn patch(&self, nearest: &Subtriangle, store: &TriangleStore) -> Patch {
         let (place, triangle, _) = nearest.triangle(store);
         let x = self.x / self.area;
-        let n = self.n / self.area;
         let facing = self.vector_area.try_normalize().unwrap_or(DVec3::Y);
+        // Where normals cancel out, the patch still has a front.
+        let n = match self.n / self.area {
+            n if n.length() > MIN_MEAN_NORMAL => n,
+            _ => MIN_MEAN_NORMAL * facing,
+        };
         let across = {
             let (a, b) = facing.any_orthonormal_pair();
             [a, b]
@@ -325,15 +391,11 @@ impl Sums {
         }
         let [edge1, edge2] = edges(sides);
         let [normal_du, normal_dv] = edges(normal_changes);
-        // A point on the surface, because rays start here.
-        let [s, t] = (nearest.midpoints.iter().sum::<DVec2>() / 3.0)
-            .as_vec2()
-            .to_array();
         Patch {
-            position: triangle.position + s * triangle.edge1 + t * triangle.edge2,
+            position: nearest.middle(store),
             triangle: place,
             normal: n.as_vec3(),
-            area: self.vector_area.length() as f32,
+            area: (n.length() * self.area) as f32,
             edge1,
             object: triangle.object,
             edge2,

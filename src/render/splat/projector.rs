@@ -98,6 +98,14 @@ impl Projector {
             ]),
             _ => resources.push(("patches", Resource::Buffer(patches))),
         }
+        if let Some(of) = &scene.environment.pairs
+            && shader
+                .bindings
+                .iter()
+                .any(|binding| binding.name == "starts")
+        {
+            resources.push(("starts", Resource::Buffer(&of.starts)));
+        }
         resources.extend(levels.map(|levels| ("coarse", Resource::Buffer(&levels.coarse))));
         let project = scene.compute(context, shader, &resources)?;
         let splats = [(description.splats, Resource::Buffer(&list.splats))];
