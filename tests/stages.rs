@@ -13,11 +13,11 @@ use bytemuck::Zeroable;
 use common::Device;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles, vec2, vec3, vec4};
 use nephroid::gpu::{BoundPipeline, Buffer, Recorder, Resource, Shader, shaders};
-use nephroid::render::gpu_types::constants::{AS_TRIANGLE, DIELECTRIC, MIRROR};
+use nephroid::render::gpu_types::constants::{AS_TRIANGLE, CLUSTER_STARTS, DIELECTRIC, MIRROR};
 use nephroid::render::gpu_types::{
-    CompactPush, Facet, FacetImage, FacetPatches, FacetPush, Footprint, Light, Normals, NumberPush,
-    Object, Patch, PinholeImage, PlanarReceiver, Profile, ProjectPush, ScanPush, Triangle,
-    TriangleSplat,
+    ClusterStart, CompactPush, Facet, FacetImage, FacetPatches, FacetPush, Footprint, Light,
+    Normals, NumberPush, Object, Patch, PinholeImage, PlanarReceiver, Profile, ProjectPush,
+    ScanPush, Triangle, TriangleSplat,
 };
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
@@ -132,10 +132,21 @@ fn project<T: bytemuck::Pod>(
 ) -> Vec<T> {
     let device = Device::open();
     let mut content = scene(light, object);
+    let triangle = Triangle {
+        edge1: patch.edge1,
+        edge2: patch.edge2,
+        ..Triangle::zeroed()
+    };
+    let start = ClusterStart {
+        position: patch.position,
+        normal: patch.normal,
+        ..ClusterStart::zeroed()
+    };
     content.extend([
-        ("triangles", vec![0; 48]),
+        ("triangles", bytes(&[triangle])),
         ("patches", bytes(&[*patch])),
         ("pairs", vec![0; 8]),
+        ("starts", bytes(&[start; CLUSTER_STARTS as usize])),
         ("counts", vec![0xff; 4 * 64]),
         ("group_counts", vec![0xff; 8]),
         (splats, vec![0; 8 * size_of::<T>()]),
