@@ -11,6 +11,7 @@ layout(binding = 2, rgba32f) uniform image2D light_map;
 layout(push_constant) uniform DilatePush {
     uint receiver;       // index among the mesh receivers
     uint first_row;
+    uvec2 tile;          // origin of the receiver's tile in this image
 } push;
 
 void main() {
@@ -20,7 +21,6 @@ void main() {
     AtlasTexel own = atlas_texels[receiver.first_texel + texel.y * receiver.width + texel.x];
     // Sources lie in charts, so no source is written.
     if (own.area > 0.0 || own.source == NO_TEXEL) return;
-    uvec2 tile = uvec2(receiver.tile_x, receiver.tile_y);
     uvec2 source = uvec2(own.source % receiver.width, own.source / receiver.width);
-    imageStore(light_map, ivec2(tile + texel), imageLoad(light_map, ivec2(tile + source)));
+    imageStore(light_map, ivec2(push.tile + texel), imageLoad(light_map, ivec2(push.tile + source)));
 }

@@ -12,7 +12,7 @@ use nephroid::Error;
 use nephroid::gpu::{Context, External};
 use nephroid::measure::Spread;
 use nephroid::optics::reflect;
-use nephroid::render::{Frame, Renderer, Settings};
+use nephroid::render::{Frame, Renderer, Settings, ViewFrame};
 use nephroid::scene::Scene;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -98,6 +98,7 @@ fn a_frame_that_cannot_be_recorded_is_refused_before_it_is_begun() {
         let frame = |scene| Frame {
             scene,
             direct: false,
+            view: None,
         };
         // SAFETY: nothing is recorded.
         let error = unsafe { renderer.record(vk::CommandBuffer::null(), &frame(&scene)) };
@@ -115,6 +116,7 @@ fn a_frame_that_cannot_be_recorded_is_refused_before_it_is_begun() {
     let frame = Frame {
         scene: &scene,
         direct: false,
+        view: None,
     };
     // SAFETY: as above.
     let error = unsafe { renderer.record(vk::CommandBuffer::null(), &frame) };
@@ -140,15 +142,16 @@ fn the_transform_of_a_tile_finds_the_light() {
         let frame = Frame {
             scene: &scene,
             direct: false,
+            view: None,
         };
         // SAFETY: as above.
         let output = unsafe { renderer.record(commands, &frame) }.unwrap();
         let tile = output.receivers[0];
         let lit = |uv: [f64; 2]| {
             let texel = [0, 1].map(|axis| {
-                let place = uv[axis] as f32 * tile.scale[axis] + tile.offset[axis];
+                let place = uv[axis] as f32 * tile.light.scale[axis] + tile.light.offset[axis];
                 let texel = place * output.light_map.size[axis] as f32;
-                texel as u32 - tile.origin[axis]
+                texel as u32 - tile.light.origin[axis]
             });
             map.pixels[(texel[1] * map.width + texel[0]) as usize] != [0.0; 3]
         };
@@ -196,6 +199,10 @@ fn recording_a_still_scene_allocates_nothing() {
             let frame = Frame {
                 scene: &scene,
                 direct: true,
+                view: Some(ViewFrame {
+                    size: [64, 36],
+                    antialias: 2,
+                }),
             };
             let mut record = || {
                 renderer.invalidate();

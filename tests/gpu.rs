@@ -22,7 +22,13 @@ fn compact(context: &Arc<Context>, quads: &Buffer) -> BoundPipeline {
         ("quads", Resource::Buffer(quads)),
         ("arguments", Resource::Buffer(&buffer("arguments", 7))),
     ];
-    BoundPipeline::compute(context, &shaders::COMPACT_COMP, [false; 3], &resources).unwrap()
+    BoundPipeline::compute(
+        context,
+        &shaders::COMPACT_COMP,
+        Default::default(),
+        &resources,
+    )
+    .unwrap()
 }
 
 fn quads(context: &Arc<Context>) -> Buffer {

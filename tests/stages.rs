@@ -89,7 +89,7 @@ fn run<P: bytemuck::Pod>(
     let resources: Vec<_> = (buffers.iter())
         .map(|(name, buffer)| (*name, Resource::Buffer(buffer)))
         .collect();
-    let pipeline = BoundPipeline::compute(context, shader, [false; 3], &resources).unwrap();
+    let pipeline = BoundPipeline::compute(context, shader, Default::default(), &resources).unwrap();
     let mut recorder = Recorder::new(context).unwrap();
     recorder.dispatch(&pipeline, push, [1, 1, 1]);
     recorder.submit().unwrap();
@@ -400,7 +400,7 @@ fn numbers_become_prefix_sums() {
         ("unit_totals", Resource::Buffer(&units)),
     ];
     let [number, scan] = [&shaders::NUMBER_COMP, &shaders::SCAN_COMP]
-        .map(|shader| BoundPipeline::compute(context, shader, [false; 3], &resources).unwrap());
+        .map(|shader| BoundPipeline::compute(context, shader, Default::default(), &resources).unwrap());
     let mut recorder = Recorder::new(context).unwrap();
     let push = NumberPush {
         count: CAPACITY,
@@ -511,7 +511,8 @@ fn used_slots_are_listed_in_order() {
         ("arguments", Resource::Buffer(&arguments)),
     ];
     let compact = &shaders::COMPACT_COMP;
-    let pipeline = BoundPipeline::compute(context, compact, [false; 3], &resources).unwrap();
+    let pipeline =
+        BoundPipeline::compute(context, compact, Default::default(), &resources).unwrap();
     let mut recorder = Recorder::new(context).unwrap();
     let push = CompactPush {
         pair_count: PAIRS,

@@ -30,7 +30,13 @@ fn sample(context: &Arc<Context>, triangles: &Buffer, patches: &Buffer) -> Bound
         ),
         ("patches", Resource::Buffer(patches)),
     ];
-    BoundPipeline::compute(context, &shaders::SAMPLE_COMP, [false; 3], &resources).unwrap()
+    BoundPipeline::compute(
+        context,
+        &shaders::SAMPLE_COMP,
+        Default::default(),
+        &resources,
+    )
+    .unwrap()
 }
 
 /// What the layers say of `mistake`, up to the end of the device.
@@ -82,9 +88,13 @@ fn reading_beyond_a_buffer_is_caught() {
                 ("quads", Resource::Buffer(&buffer(context, "quads"))),
                 ("arguments", Resource::Buffer(&buffer(context, "arguments"))),
             ];
-            let pipeline =
-                BoundPipeline::compute(context, &shaders::COMPACT_COMP, [false; 3], &resources)
-                    .unwrap();
+            let pipeline = BoundPipeline::compute(
+                context,
+                &shaders::COMPACT_COMP,
+                Default::default(),
+                &resources,
+            )
+            .unwrap();
             let mut recorder = Recorder::new(context).unwrap();
             recorder.dispatch(&pipeline, &[pairs, 2], [1, 1, 1]);
             recorder.submit().unwrap();

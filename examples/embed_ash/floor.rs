@@ -335,12 +335,25 @@ fn push(output: &Output, scene: &Scene, (floor, rect): (usize, &Rect), aspect: f
     };
     let clip_from_world = Mat4::from_cols(row(0), row(1), row(2), row(3)).transpose();
     let tile = (output.receivers.iter().find(|tile| tile.object == floor)).expect("a receiver");
-    let albedo = [0.62, 0.47, 0.33];
+    let (light, direct) = (&tile.light, &tile.direct);
+    let [x, y] = direct
+        .offset
+        .map(|offset| (offset * 65535.0).round() as u32);
+    let of_direct = [
+        direct.scale[0],
+        direct.scale[1],
+        f32::from_bits(x | y << 16),
+    ];
     let edges = [rect.origin, rect.edge_u, rect.edge_v].map(|v| v.as_vec3());
     Push {
         clip_from_world,
-        origin_edges: [0, 1, 2].map(|i| edges[i].extend(albedo[i]).to_array()),
-        scale_offset: [tile.scale[0], tile.scale[1], tile.offset[0], tile.offset[1]],
+        origin_edges: [0, 1, 2].map(|i| edges[i].extend(of_direct[i]).to_array()),
+        scale_offset: [
+            light.scale[0],
+            light.scale[1],
+            light.offset[0],
+            light.offset[1],
+        ],
     }
 }
 

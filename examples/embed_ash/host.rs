@@ -292,6 +292,7 @@ impl Host {
                 let wanted = Frame {
                     scene: &scene,
                     direct: true,
+                    view: None,
                 };
                 let output = renderer.record(commands, &wanted)?;
                 seconds.push(start.elapsed().as_secs_f64());

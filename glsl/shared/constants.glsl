@@ -61,11 +61,36 @@ const uint MAX_IMAGE_DIVISION = 32;
 // Maximum number of samples along the filter of an environment, of pinhole.comp.
 const int MAX_TAPS = 16;
 
-// A texel of a direct map has the square of this number of rays to each sun and lamp.
-const uint DIRECT_RAYS_SIDE = 4;
-// Rays of a texel of a direct map to the environment.
-const uint DIRECT_ENVIRONMENT_RAYS = 64;
-// Rays of a pixel to each sun or lamp, shared evenly by its samples.
-const uint VIEW_LIGHT_RAYS = 16;
-// Rays of a sample of a pixel to the environment.
-const uint VIEW_ENVIRONMENT_RAYS = 32;
+// `DiffuseSurface.kind`: no diffuse surface; a rect with a tile of the direct map; a mesh with a light map, whose tile of the
+// direct map has the same texels; another mesh, with values at points of its triangles.
+const uint NO_SURFACE = 0;
+const uint PLANE = 1;
+const uint ATLAS = 2;
+const uint POINTS = 3;
+
+// A texel of a direct map has the square of this number of rays to each sun and lamp, where it is partly in shadow.
+const uint LIGHT_RAYS_SIDE = 4;
+// The same for a point of a mesh, and for a quarter of a texel of its light map.
+const uint POINT_LIGHT_RAYS = 16;
+// Side of a block of texels of a direct map that may be lit or dark as a whole.
+const uint BLOCK = 8;
+// A light has two bits in a block's words.
+const uint LIGHTS_PER_WORD = 16;
+// Lights that have a bit of their own in a texel. All bits together are an f32 value without rounding.
+const uint MASKED_LIGHTS = 23;
+// No light and no shadow; all in shadow; undecided.
+const uint IS_LIT = 0;
+const uint IS_DARK = 1;
+const uint IS_MIXED = 2;
+
+// Workgroups in a row of a dispatch over a list.
+const uint MAX_ROW = 65535;
+
+// Environment cells that a texel has rays to: every cell is that of one of SKY_SIDE^2 neighbouring texels.
+const uint SKY_CELLS = 256;
+const uint SKY_SIDE = 4;
+// Texels whose neighbours do not stand for them have rays to one of so many cells.
+const uint SKY_STEP = 2;
+
+// Of the number of a visible triangle: it is seen by rays, since it reflects or refracts.
+const uint BY_RAYS = 0x40000000u;

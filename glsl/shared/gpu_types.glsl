@@ -75,6 +75,53 @@ struct PlanarReceiver {
     uint height;     // texels
 };
 
+// Where the direct light of an object is.
+struct DiffuseSurface {
+    vec3 origin;     // rect: as of PlanarReceiver
+    uint kind;       // NO_SURFACE, PLANE, ATLAS or POINTS
+    vec3 edge_u;
+    uint tile_x;     // tile of the direct map, v upward
+    vec3 edge_v;
+    uint tile_y;
+    vec3 normal;     // unit
+    uint width;      // texels of the direct map
+    uint height;
+    uint light_scale; // rect: texels of the direct map along a side of a texel of the light map; 0: no light map
+    uint light_x;    // tile of the light map
+    uint light_y;
+    uint sky_scale;  // rect: texels of the direct map along a side of a texel of the sky map, whose tile has the same origin
+    uint first_block; // rect: of its blocks, row by row
+    uint triangle;   // rect: one of its triangles
+    uint unused;
+};
+
+// The points of a triangle of kind POINTS: on a lattice of `division` intervals along each edge, row by row from the first
+// corner on, from `first` on; where the division is 1, the triangle's corners, which it shares with others.
+struct TrianglePoints {
+    uint first;
+    uint second;
+    uint third;
+    uint division;
+};
+
+// A point of a mesh: the triangle, and the weights of its second and third corner as unorm 2 x 16. `radius`: the point
+// stands for the surface within it, m.
+struct SurfacePoint {
+    uint triangle;
+    uint weights;
+    float radius;
+};
+
+// A cell of the environment as a source of direct light.
+struct SkyCell {
+    vec3 mean;       // of the cell's directions, weighted by flux: at most 1 long
+    float unused0;
+    vec3 power;      // irradiance of a plane that faces the cell, W/m^2
+    float unused1;
+    vec3 direction;  // unit, of the shadow ray
+    float unused2;
+};
+
 // A mesh with a light map. The light map is the tile of the image that starts at (tile_x, tile_y), v upward. The
 // receiver's AtlasTexels and AtlasSamples are stored row by row from `first_texel` on. Its AtlasNodes form a quadtree
 // over blocks of LEAF x LEAF texels. They are stored level by level from `first_node` on: 2^levels leaves per side,

@@ -111,3 +111,26 @@ float last_of(uvec4 texel) {
         uvec4 b = TEXEL(starts, 2, index, 1);                                              \
         return ClusterStart(floats_of(a), a.w, floats_of(b), last_of(b));                  \
     }
+
+#define SURFACES(slot)                                                                     \
+    layout(binding = slot) uniform usamplerBuffer surfaces;                                \
+    DiffuseSurface surface_at(uint index) {                                                \
+        uvec4 a = TEXEL(surfaces, 6, index, 0);                                            \
+        uvec4 b = TEXEL(surfaces, 6, index, 1);                                            \
+        uvec4 c = TEXEL(surfaces, 6, index, 2);                                            \
+        uvec4 d = TEXEL(surfaces, 6, index, 3);                                            \
+        uvec4 e = TEXEL(surfaces, 6, index, 4);                                            \
+        uvec4 f = TEXEL(surfaces, 6, index, 5);                                            \
+        return DiffuseSurface(floats_of(a), a.w, floats_of(b), b.w, floats_of(c), c.w,     \
+            floats_of(d), d.w, e.x, e.y, e.z, e.w, f.x, f.y, f.z, f.w);                    \
+    }
+
+#define SKY_CELL_BUFFER(slot)                                                              \
+    layout(binding = slot) uniform usamplerBuffer sky_cells;                               \
+    SkyCell sky_cell_at(uint index) {                                                      \
+        uvec4 a = TEXEL(sky_cells, 3, index, 0);                                           \
+        uvec4 b = TEXEL(sky_cells, 3, index, 1);                                           \
+        uvec4 c = TEXEL(sky_cells, 3, index, 2);                                           \
+        return SkyCell(floats_of(a), last_of(a), floats_of(b), last_of(b),                 \
+            floats_of(c), last_of(c));                                                     \
+    }

@@ -11,7 +11,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
-use nephroid::render::{Area, Method, Renderer, Settings};
+use nephroid::render::{Area, Method, Renderer, Settings, ViewMemory};
 use nephroid::scene::{Animation, Scene};
 use nephroid::{Error, Result};
 use serde::Serialize;
@@ -134,6 +134,10 @@ fn not_negative(text: &str) -> Result<f32, String> {
 pub trait Job {
     /// Whether it is about caustics.
     fn has_caustic(&self) -> bool;
+    /// Device memory of a view; `None` for what is none.
+    fn view_memory(&self, _renderer: &Renderer) -> Option<ViewMemory> {
+        None
+    }
     /// Renders a frame.
     fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()>;
     /// What the last frame is.
@@ -218,6 +222,14 @@ pub struct Report {
     pub caustic: Option<CausticReport>,
     /// Wall time of a frame without profiling, s; in a sequence with the update before it.
     pub frame: Spread,
+    /// Whether `frame` is the first one, which includes what drivers put off.
+    pub is_first: bool,
+    /// With `--profile`, of a view: wall time of a frame in which only the camera moved, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Spread>,
+    /// Of a view: device memory, bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view_memory: Option<ViewMemory>,
     /// Of a sequence: wall time to go from one frame to the next, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub update: Option<Spread>,
@@ -403,6 +415,9 @@ impl GpuOptions {
             device: session.context.info().clone(),
             caustic: self.caustic_report(&session.renderer, job)?,
             frame: spread(|frame| frame.seconds),
+            is_first: false,
+            camera: None,
+            view_memory: job.view_memory(&session.renderer),
             update: Some(spread(|frame| frame.update)),
             passes: self.profile.then(|| profile(&profiles)),
             submissions,
@@ -430,10 +445,16 @@ impl GpuOptions {
     /// wrong with it.
     fn still(&self, mut session: Session, file: &Path, job: &impl Job) -> Result<Report> {
         session.renderer.watch(Some(watcher(!self.profile)));
-        // The first frame pays for what drivers put off, so it is not the one that is timed.
+        // The first frame pays for what drivers put off; it is timed only where it is the only one.
+        let start = Instant::now();
         job.render(&mut session.renderer, &session.scene)?;
+        let first = start.elapsed().as_secs_f64();
         if job.has_caustic() {
             session.renderer.settle()?;
+            // The picture shall show the last caustic.
+            if session.renderer.budget().is_some() {
+                job.render(&mut session.renderer, &session.scene)?;
+            }
         }
         let (renderer, scene) = (&mut session.renderer, &session.scene);
         let frame = |renderer: &mut Renderer| {
@@ -442,9 +463,9 @@ impl GpuOptions {
         };
         let mut times = Vec::new();
         let mut submissions = Submissions::default();
-        let mut passes = None;
+        let (mut passes, mut camera) = (None, None);
         if self.profile {
-            let bar = progress_bar((WARM_UP + 2 * FRAMES) as u64);
+            let bar = progress_bar((WARM_UP + 3 * FRAMES) as u64);
             for _ in 0..WARM_UP {
                 frame(renderer)?;
                 bar.inc(1);
@@ -456,6 +477,17 @@ impl GpuOptions {
                 submissions = submissions.max(renderer.submissions());
                 bar.inc(1);
             }
+            if job.view_memory(renderer).is_some() {
+                // Nothing changed: a frame costs what it costs when only the camera moves.
+                let mut still = Vec::new();
+                for _ in 0..FRAMES {
+                    let start = Instant::now();
+                    job.render(renderer, scene)?;
+                    still.push(start.elapsed().as_secs_f64());
+                    bar.inc(1);
+                }
+                camera = Some(Spread::of(&still));
+            }
             let mut frames = Vec::new();
             for _ in 0..FRAMES {
                 frames.push(times_of_passes(renderer, frame)?);
@@ -464,9 +496,7 @@ impl GpuOptions {
             bar.finish_and_clear();
             passes = Some(profile(&frames));
         } else {
-            let start = Instant::now();
-            frame(renderer)?;
-            times.push(start.elapsed().as_secs_f64());
+            times.push(first);
             submissions = renderer.submissions();
         }
         renderer.watch(None);
@@ -475,6 +505,9 @@ impl GpuOptions {
             device: session.context.info().clone(),
             caustic: self.caustic_report(&session.renderer, job)?,
             frame: Spread::of(&times),
+            is_first: !self.profile,
+            camera,
+            view_memory: job.view_memory(&session.renderer),
             update: None,
             passes,
             submissions,
@@ -532,7 +565,17 @@ impl Report {
                 lines.push(format!("caustic  {:.2} ms", 1e3 * time));
             }
         }
-        lines.push(format!("frame   {:.2} ms", 1e3 * self.frame.median));
+        let note = match self.is_first {
+            true => ", the first; --profile times later ones",
+            false => "",
+        };
+        lines.push(format!("frame   {:.2} ms{note}", 1e3 * self.frame.median));
+        if let Some(camera) = &self.camera {
+            lines.push(format!(
+                "camera  {:.2} ms where only the camera moves",
+                1e3 * camera.median
+            ));
+        }
         if let Some(update) = &self.update {
             lines.push(format!("update  {:.2} ms of it", 1e3 * update.median));
         }

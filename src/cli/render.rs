@@ -4,7 +4,7 @@ use super::files::{Files, has_extension, radiance_comment};
 use super::gpu_options::{GpuOptions, Job};
 use clap::Args;
 use nephroid::image_file::{RgbImage, write_exr, write_png};
-use nephroid::render::Renderer;
+use nephroid::render::{Renderer, ViewMemory};
 use nephroid::scene::Scene;
 use nephroid::{Result, tone_map};
 use std::path::Path;
@@ -45,6 +45,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 impl Job for Arguments {
     fn has_caustic(&self) -> bool {
         true
+    }
+
+    fn view_memory(&self, renderer: &Renderer) -> Option<ViewMemory> {
+        Some(renderer.view_memory())
     }
 
     fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()> {

@@ -43,6 +43,19 @@ impl Access {
                 | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw(),
         ),
     );
+    /// Writes of a color or depth attachment, without blending.
+    pub const DRAW: Self = Self(
+        vk::PipelineStageFlags2::from_raw(
+            vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT.as_raw()
+                | vk::PipelineStageFlags2::EARLY_FRAGMENT_TESTS.as_raw()
+                | vk::PipelineStageFlags2::LATE_FRAGMENT_TESTS.as_raw(),
+        ),
+        vk::AccessFlags2::from_raw(
+            vk::AccessFlags2::COLOR_ATTACHMENT_WRITE.as_raw()
+                | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_READ.as_raw()
+                | vk::AccessFlags2::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
+        ),
+    );
     pub const TRANSFER_READ: Self = Self(
         vk::PipelineStageFlags2::ALL_TRANSFER,
         vk::AccessFlags2::TRANSFER_READ,

@@ -1,6 +1,7 @@
 //! What a recorder records: barriers, dispatches, draws, clears and copies.
 
 use super::device::Device;
+use super::image::Texel;
 use super::memory::Buffer;
 use super::{Access, BoundPipeline, Image, Recorder};
 use crate::error::Error;
@@ -54,6 +55,21 @@ impl Recorder {
             self.device()
                 .cmd_dispatch(self.commands, groups[0], groups[1], groups[2])
         };
+    }
+
+    /// Runs so many workgroups of a compute shader, within the limits of every device.
+    pub fn dispatch_groups<P: Pod>(
+        &mut self,
+        pipeline: &BoundPipeline,
+        push: &P,
+        groups: [u32; 3],
+    ) {
+        let size = pipeline.local_size();
+        self.dispatch(
+            pipeline,
+            push,
+            [0, 1, 2].map(|axis| groups[axis] * size[axis]),
+        );
     }
 
     /// Runs as many workgroups as command number `index` of `arguments` (`VkDispatchIndirectCommand`)
@@ -114,6 +130,70 @@ impl Recorder {
             self.device().cmd_draw(self.commands, vertices, 1, 0, 0);
             self.device().cmd_end_rendering(self.commands);
         }
+    }
+
+    /// Draws into a color image and a depth image that lie in the same places, one draw after the other: pipeline, push
+    /// constants, number of vertices. In the rectangle `area` (left, top, width, height), numbers are all ones before, light
+    /// and depths 0. `viewport` maps clip space to texels in the same way.
+    pub fn draw_with_depth<P: Pod>(
+        &mut self,
+        [color, depth]: [&Image; 2],
+        area: [u32; 4],
+        viewport: [f32; 4],
+        draws: &[(&BoundPipeline, P, u32)],
+    ) {
+        let [x, y, width, height] = area;
+        let area = vk::Rect2D {
+            offset: vk::Offset2D {
+                x: x as i32,
+                y: y as i32,
+            },
+            extent: vk::Extent2D { width, height },
+        };
+        let [x, y, width, height] = viewport;
+        let viewport = vk::Viewport {
+            x,
+            y,
+            width,
+            height,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let attachment = |image: &Image, value: vk::ClearValue| {
+            vk::RenderingAttachmentInfo::default()
+                .image_view(image.view)
+                .image_layout(vk::ImageLayout::GENERAL)
+                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .clear_value(value)
+        };
+        let nothing = match color.texel {
+            Texel::Number => vk::ClearColorValue {
+                uint32: [u32::MAX; 4],
+            },
+            _ => vk::ClearColorValue::default(),
+        };
+        let color = [attachment(color, vk::ClearValue { color: nothing })
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let depth =
+            attachment(depth, vk::ClearValue::default()).store_op(vk::AttachmentStoreOp::STORE);
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&color)
+            .depth_attachment(&depth);
+        // SAFETY: a recording command buffer and targets in layout GENERAL.
+        unsafe {
+            (self.device()).cmd_begin_rendering(self.commands, &info);
+            (self.device()).cmd_set_viewport(self.commands, 0, &[viewport]);
+            (self.device()).cmd_set_scissor(self.commands, 0, &[area]);
+        }
+        for (pipeline, push, vertices) in draws {
+            self.use_pipeline(pipeline, push);
+            // SAFETY: pipeline, resources and targets are bound.
+            unsafe { self.device().cmd_draw(self.commands, *vertices, 1, 0, 0) };
+        }
+        // SAFETY: rendering was begun.
+        unsafe { self.device().cmd_end_rendering(self.commands) };
     }
 
     /// Fills rows of an image with zeros, as a pass of its own.

@@ -9,10 +9,19 @@ use ash::vk;
 pub enum Topology {
     Triangles,
     Points,
+    /// Triangles with a depth, of which the nearest one writes a number. Greater depths are nearer.
+    Numbers,
+    /// Triangles that write their depth where they are nearest, and no light.
+    Depths,
+    /// Triangles of the depth that was written, which replace light; back faces do not.
+    Surfaces,
 }
 
 /// Specialisation constants, by their ids.
-pub type Constants = [bool; 3];
+pub type Constants = [bool; CONSTANTS];
+
+/// Number of specialisation constants.
+pub const CONSTANTS: usize = 7;
 
 /// A compute pipeline. A shader need not have all of the `constants`.
 ///
@@ -27,10 +36,10 @@ pub fn compile_compute(
     let module = Module::new(context, shader)?;
     let values = constants.map(vk::Bool32::from);
     let size = size_of::<vk::Bool32>();
-    let entries = [0, 1, 2].map(|id| {
+    let entries: [_; CONSTANTS] = std::array::from_fn(|id| {
         vk::SpecializationMapEntry::default()
-            .constant_id(id)
-            .offset(id * size as u32)
+            .constant_id(id as u32)
+            .offset((id * size) as u32)
             .size(size)
     });
     let constants = vk::SpecializationInfo::default()
@@ -51,7 +60,8 @@ pub fn compile_compute(
     compiled(made, shader)
 }
 
-/// A pipeline that adds its fragments to one RGBA32F image, without vertex buffers.
+/// A pipeline that adds its fragments to one RGBA32F image, or writes to images with a depth, as `topology` says,
+/// without vertex buffers.
 ///
 /// # Errors
 /// [`crate::Error::Device`] where the driver refuses.
@@ -73,35 +83,56 @@ pub fn compile_graphics(
             .module(modules[i].handle)
             .name(c"main")
     });
+    let has_depth = !matches!(topology, Topology::Triangles | Topology::Points);
     let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
     let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
-        Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
         Topology::Points => vk::PrimitiveTopology::POINT_LIST,
+        _ => vk::PrimitiveTopology::TRIANGLE_LIST,
     });
     let viewport = vk::PipelineViewportStateCreateInfo::default()
         .viewport_count(1)
         .scissor_count(1);
     let raster = vk::PipelineRasterizationStateCreateInfo::default()
         .polygon_mode(vk::PolygonMode::FILL)
-        .cull_mode(vk::CullModeFlags::NONE)
+        .cull_mode(match topology {
+            Topology::Surfaces => vk::CullModeFlags::BACK,
+            _ => vk::CullModeFlags::NONE,
+        })
+        .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
         .line_width(1.0);
     let multisample = vk::PipelineMultisampleStateCreateInfo::default()
         .rasterization_samples(vk::SampleCountFlags::TYPE_1);
     let add = [vk::PipelineColorBlendAttachmentState::default()
-        .blend_enable(true)
+        .blend_enable(!has_depth)
         .src_color_blend_factor(vk::BlendFactor::ONE)
         .dst_color_blend_factor(vk::BlendFactor::ONE)
         .color_blend_op(vk::BlendOp::ADD)
         .src_alpha_blend_factor(vk::BlendFactor::ONE)
         .dst_alpha_blend_factor(vk::BlendFactor::ONE)
         .alpha_blend_op(vk::BlendOp::ADD)
-        .color_write_mask(vk::ColorComponentFlags::RGBA)];
+        .color_write_mask(match topology {
+            Topology::Depths => vk::ColorComponentFlags::empty(),
+            _ => vk::ColorComponentFlags::RGBA,
+        })];
     let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&add);
     let dynamic = vk::PipelineDynamicStateCreateInfo::default()
         .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
-    let formats = [Image::FORMAT];
+    let formats = [match topology {
+        Topology::Numbers => Image::NUMBER_FORMAT,
+        _ => Image::FORMAT,
+    }];
     let mut rendering =
         vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
+    let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
+    if has_depth {
+        rendering = rendering.depth_attachment_format(Image::DEPTH_FORMAT);
+        depth = (depth.depth_test_enable(true))
+            .depth_write_enable(topology != Topology::Surfaces)
+            .depth_compare_op(match topology {
+                Topology::Surfaces => vk::CompareOp::EQUAL,
+                _ => vk::CompareOp::GREATER,
+            });
+    }
     let info = vk::GraphicsPipelineCreateInfo::default()
         .stages(&stage_infos)
         .vertex_input_state(&vertex_input)
@@ -109,6 +140,7 @@ pub fn compile_graphics(
         .viewport_state(&viewport)
         .rasterization_state(&raster)
         .multisample_state(&multisample)
+        .depth_stencil_state(&depth)
         .color_blend_state(&blend)
         .dynamic_state(&dynamic)
         .layout(layout)

@@ -14,9 +14,43 @@ pub enum Sampling {
     Clamp,
     /// Trilinear, repeated in u, clamped in v: an equirectangular environment.
     Equirectangular,
+    /// Unfiltered, clamped.
+    Nearest,
 }
 
-/// A 2-D RGBA32F image in layout GENERAL, which every use shares: attachment, storage, sampled.
+/// What a texel is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Texel {
+    /// RGBA in f32: light.
+    Light,
+    /// One u32, sampled without filtering.
+    Number,
+    /// Depth in f32, sampled without filtering.
+    Depth,
+}
+
+impl Texel {
+    fn format(self) -> vk::Format {
+        match self {
+            Self::Light => Image::FORMAT,
+            Self::Number => Image::NUMBER_FORMAT,
+            Self::Depth => Image::DEPTH_FORMAT,
+        }
+    }
+
+    fn usage(self) -> vk::ImageUsageFlags {
+        use vk::ImageUsageFlags as Usage;
+        match self {
+            Self::Light => {
+                Usage::STORAGE | Usage::SAMPLED | Usage::TRANSFER_SRC | Usage::TRANSFER_DST
+            }
+            Self::Number => Usage::COLOR_ATTACHMENT | Usage::SAMPLED,
+            Self::Depth => Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
+        }
+    }
+}
+
+/// A 2-D image in layout GENERAL, which every use shares: attachment, storage, sampled.
 pub struct Image {
     pub(super) handle: vk::Image,
     /// All mip levels.
@@ -25,6 +59,8 @@ pub struct Image {
     pub width: u32,
     pub height: u32,
     levels: u32,
+    aspect: vk::ImageAspectFlags,
+    pub(super) texel: Texel,
     owned: Arc<Owned>,
 }
 
@@ -36,8 +72,10 @@ const BAND_BYTES: u64 = 64 << 20;
 
 impl Image {
     pub const FORMAT: vk::Format = FORMAT;
+    pub const NUMBER_FORMAT: vk::Format = vk::Format::R32_UINT;
+    pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
-    /// An image with undefined content and `levels` mip levels. [`super::Staging::prepare`] brings it into its layout.
+    /// An RGBA32F image with undefined content and `levels` mip levels. [`super::Staging::prepare`] brings it into its layout.
     ///
     /// # Errors
     /// [`Error::Device`] where memory or the device's limit on sides is exceeded.
@@ -47,9 +85,24 @@ impl Image {
     pub fn new(
         context: &Arc<Context>,
         name: &str,
+        size: [u32; 2],
+        levels: u32,
+        sampling: Sampling,
+    ) -> Result<Self> {
+        Self::of_texels(context, name, size, levels, sampling, Texel::Light)
+    }
+
+    /// The same with texels of another kind.
+    ///
+    /// # Errors, Panics
+    /// As [`Image::new`].
+    pub fn of_texels(
+        context: &Arc<Context>,
+        name: &str,
         [width, height]: [u32; 2],
         levels: u32,
         sampling: Sampling,
+        texel: Texel,
     ) -> Result<Self> {
         assert!(width > 0 && height > 0, "{name} has no texels");
         let most = context.max_image_side();
@@ -64,16 +117,13 @@ impl Image {
                     .into(),
             });
         }
-        let mut usage = vk::ImageUsageFlags::STORAGE
-            | vk::ImageUsageFlags::SAMPLED
-            | vk::ImageUsageFlags::TRANSFER_SRC
-            | vk::ImageUsageFlags::TRANSFER_DST;
-        if levels == 1 {
+        let mut usage = texel.usage();
+        if levels == 1 && texel == Texel::Light {
             usage |= vk::ImageUsageFlags::COLOR_ATTACHMENT;
         }
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
-            .format(FORMAT)
+            .format(texel.format())
             .extent(vk::Extent3D {
                 width,
                 height,
@@ -83,6 +133,10 @@ impl Image {
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
             .usage(usage);
+        let aspect = match texel {
+            Texel::Depth => vk::ImageAspectFlags::DEPTH,
+            _ => vk::ImageAspectFlags::COLOR,
+        };
         let device = &context.device;
         // SAFETY: a valid device; `owned` destroys the image.
         let handle =
@@ -101,12 +155,17 @@ impl Image {
                 vk::SamplerMipmapMode::LINEAR,
                 vk::SamplerAddressMode::REPEAT,
             ),
+            Sampling::Nearest => (
+                vk::Filter::NEAREST,
+                vk::SamplerMipmapMode::NEAREST,
+                vk::SamplerAddressMode::CLAMP_TO_EDGE,
+            ),
         };
         let view = vk::ImageViewCreateInfo::default()
             .image(handle)
             .view_type(vk::ImageViewType::TYPE_2D)
-            .format(FORMAT)
-            .subresource_range(color_range(levels));
+            .format(texel.format())
+            .subresource_range(range(aspect, levels));
         let sampler = vk::SamplerCreateInfo::default()
             .mag_filter(filter)
             .min_filter(filter)
@@ -137,17 +196,24 @@ impl Image {
             width,
             height,
             levels,
+            aspect,
+            texel,
             owned: Arc::new(owned),
         })
     }
 
     pub(super) fn range(&self) -> vk::ImageSubresourceRange {
-        color_range(self.levels)
+        range(self.aspect, self.levels)
     }
 
     /// For hosts that sample it.
     pub fn raw(&self) -> (vk::Image, vk::ImageView) {
         (self.handle, self.view)
+    }
+
+    /// Bytes of device memory.
+    pub fn bytes(&self) -> u64 {
+        self.owned.allocation.as_ref().map_or(0, |own| own.size())
     }
 
     pub(super) fn keeper(&self) -> Keeper {
@@ -194,9 +260,9 @@ impl Image {
     }
 }
 
-fn color_range(levels: u32) -> vk::ImageSubresourceRange {
+fn range(aspect: vk::ImageAspectFlags, levels: u32) -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange::default()
-        .aspect_mask(vk::ImageAspectFlags::COLOR)
+        .aspect_mask(aspect)
         .level_count(levels)
         .layer_count(1)
 }

@@ -32,7 +32,9 @@ pub(super) fn allocate(
             ),
             reason: error.to_string(),
             remedy: match name {
-                "view" => "ask for a smaller picture".into(),
+                "view" | "view depth" | "view samples" | "view samples' depth" => {
+                    "ask for a smaller picture".into()
+                }
                 _ => "ask for fewer samples or smaller light maps".into(),
             },
         })

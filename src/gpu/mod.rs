@@ -29,7 +29,7 @@ pub use context::Context;
 pub use device::{ContextOptions, DeviceInfo, list_devices};
 pub use host::External;
 pub use host_memory::{keep_freed_memory, set_stack_of_threads};
-pub use image::{Image, Sampling};
+pub use image::{Image, Sampling, Texel};
 pub use memory::Buffer;
 pub use pipeline::{BoundPipeline, Resource};
 pub use recorder::{PassTime, Progress, Recorder, Submissions, Watcher};

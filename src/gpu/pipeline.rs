@@ -126,7 +126,7 @@ impl BoundPipeline {
         let source = Source {
             first: vertex,
             fragment: Some((fragment, topology)),
-            constants: [false; 3],
+            constants: Constants::default(),
         };
         Self::new(context, &source, resources)
     }

@@ -3,8 +3,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::Image;
 use crate::image_file::RgbImage;
-use crate::render::view::camera::Shade;
-use crate::render::{FrameBudget, MAX_PATCHES, Renderer, frame};
+use crate::render::{FrameBudget, MAX_PATCHES, ReceiverTile, Renderer, frame};
 use crate::scene::Camera;
 use std::time::{Duration, Instant};
 
@@ -99,33 +98,31 @@ impl Renderer {
     pub fn direct(&mut self) -> Result<()> {
         self.begin()?;
         frame::upload(&mut self.recorder, &mut self.scene)?;
-        self.record_direct(true)?;
-        self.recorder.submit()
+        self.record_direct()?;
+        self.submit_direct()
+    }
+
+    /// Submits; where that fails, the direct maps are undefined.
+    fn submit_direct(&mut self) -> Result<()> {
+        (self.recorder.submit()).inspect_err(|_| self.is_direct_current = false)
     }
 
     /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
-    /// `side`² samples each, as linear radiance. Waits for it.
+    /// `side`² samples each, as linear radiance. Waits for it. Where only the camera differs from the last frame, caustic and
+    /// direct light are those of the last frame.
     ///
     /// # Errors
     /// As [`Renderer::caustic`].
     pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
-        if self.shade.as_ref().is_none_or(|shade| shade.size() != size) {
-            let maps = [&self.light_map, &self.direct_map];
-            let shade = Shade::new(&self.context, &self.scene, maps, size)?;
-            self.scene.staging.prepare(&shade.view);
-            self.shade = Some(shade);
-        }
+        self.prepare_view(size, side)?;
         let was_current = self.is_current;
         self.caustic()?;
         if was_current {
             frame::upload(&mut self.recorder, &mut self.scene)?;
         }
-        if self.scene.environment.is_present {
-            self.record_direct(false)?;
-        }
-        let shade = self.shade.as_ref().expect("made above");
-        frame::view(&mut self.recorder, &self.scene, shade, camera, side)?;
-        self.recorder.submit()
+        let recorded = self.record_direct().and_then(|()| self.record_view(camera));
+        recorded.inspect_err(|_| self.is_direct_current = false)?;
+        self.submit_direct()
     }
 
     /// Linear radiance of the last [`Renderer::view`], W/m²/sr.
@@ -136,7 +133,7 @@ impl Renderer {
     /// # Panics
     /// If no view was rendered.
     pub fn read_view(&self) -> Result<RgbImage> {
-        let view = &self.shade.as_ref().expect("a view was rendered").view;
+        let view = &self.view.as_ref().expect("a view was rendered").image;
         read(view, [0, 0], [view.width, view.height])
     }
 
@@ -145,26 +142,47 @@ impl Renderer {
     /// # Errors
     /// [`Error::Usage`] where the object has no light map, [`Error::Device`] where the device fails.
     pub fn read_caustic(&self, object: usize) -> Result<RgbImage> {
-        self.read_tile(&self.light_map, object)
+        let tile = self.tile(object)?.light;
+        let image = read(&self.light_map, tile.origin, tile.size)?;
+        Ok(self.without_borders(image, object))
     }
 
-    /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`].
+    /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`]: means over the texels of the light map.
     ///
     /// # Errors
     /// As [`Renderer::read_caustic`].
     pub fn read_direct(&self, object: usize) -> Result<RgbImage> {
-        self.read_tile(&self.direct_map, object)
+        let tile = self.tile(object)?;
+        let fine = read(&self.direct.map, tile.direct.origin, tile.direct.size)?;
+        let [width, height] = tile.light.size;
+        let scale = tile.direct.size[0] / width;
+        let mut pixels = vec![[0.0f32; 3]; (width * height) as usize];
+        for (index, rgb) in (0..).zip(&fine.pixels) {
+            let [column, row] = [index % fine.width, index / fine.width].map(|at| at / scale);
+            let texel = &mut pixels[(row * width + column) as usize];
+            for (sum, value) in texel.iter_mut().zip(rgb) {
+                *sum += value / (scale * scale) as f32;
+            }
+        }
+        let image = RgbImage {
+            width,
+            height,
+            pixels,
+        };
+        Ok(self.without_borders(image, object))
     }
 
-    /// Sets texels of a mesh's light map outside its charts to 0.
-    fn read_tile(&self, map: &Image, object: usize) -> Result<RgbImage> {
-        let tile = (self.tiles.iter())
+    fn tile(&self, object: usize) -> Result<&ReceiverTile> {
+        (self.tiles.iter())
             .find(|tile| tile.object == object)
             .ok_or_else(|| Error::Usage {
                 reason: format!("object {object} has no light map"),
                 remedy: "name a diffuse rect or mesh with the key lightmap".into(),
-            })?;
-        let mut image = read(map, tile.origin, tile.size)?;
+            })
+    }
+
+    /// Sets texels of a mesh's light map outside its charts to 0.
+    fn without_borders(&self, mut image: RgbImage, object: usize) -> RgbImage {
         if let Some(atlas) = &self.scene.receivers.atlases[object] {
             for (texel, pixel) in image.pixels.iter_mut().enumerate() {
                 if atlas.pieces(texel).is_empty() {
@@ -172,7 +190,7 @@ impl Renderer {
                 }
             }
         }
-        Ok(image)
+        image
     }
 }
 

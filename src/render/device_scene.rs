@@ -5,7 +5,7 @@
 //! subdivision of the casters is fixed by the first update; every update finds the triangles that face a light.
 
 use crate::error::{Error, Result};
-use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging};
+use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging, Topology};
 use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::{Object as DeviceObject, Profile};
@@ -15,6 +15,7 @@ use crate::render::patches::casters::DeviceCasters;
 use crate::render::patches::facets::{DeviceFacets, FIRST_BUDGET};
 use crate::render::receivers::light_maps::DeviceReceivers;
 use crate::render::receivers::mesh::atlases;
+use crate::render::receivers::surfaces::DeviceSurfaces;
 use crate::render::settings::{Area, Method, Settings};
 use crate::render::splat::kernel_profiles::profiles;
 use crate::scene::{Geometry, LightKind, Object, Scene};
@@ -36,6 +37,7 @@ pub struct DeviceScene {
     pub lights: DeviceLights,
     pub environment: DeviceEnvironment,
     pub receivers: DeviceReceivers,
+    pub surfaces: DeviceSurfaces,
     pub casters: DeviceCasters,
     pub facets: DeviceFacets,
     pub staging: Staging,
@@ -61,6 +63,7 @@ impl DeviceScene {
         let atlases = atlases(scene)?;
         let geometry = DeviceGeometry::new(context, scene, &atlases)?;
         let receivers = DeviceReceivers::new(context, scene, atlases)?;
+        let surfaces = DeviceSurfaces::new(context, scene, &receivers, &geometry.store)?;
         let environment = DeviceEnvironment::new(context, &mut staging, scene)?;
         let all_lit = environment.is_present && settings.method == Method::Pinhole;
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
@@ -75,6 +78,7 @@ impl DeviceScene {
             geometry,
             environment,
             receivers,
+            surfaces,
             casters,
             facets,
             staging,
@@ -113,6 +117,14 @@ impl DeviceScene {
         let meshes_moved = is_rebuilt || meshes.iter().any(|tile| moved.contains(&tile.object));
         self.receivers.update(staging, scene, store, meshes_moved)?;
         let receivers = &self.receivers;
+        (self.surfaces).update(
+            staging,
+            scene,
+            receivers,
+            store,
+            &moved,
+            is_stale || is_rebuilt,
+        )?;
         let objects = objects(scene, |object| receivers.of_object(object));
         staging.write(&self.objects, 0, &objects)?;
 
@@ -162,7 +174,27 @@ impl DeviceScene {
             let named = shader.bindings.iter().any(|binding| binding.name == *name);
             assert!(named, "{} has no {name}", shader.name);
         }
-        let shared = [
+        let shared = self.resources();
+        let only_mirrors = self.casters.lobes == 1;
+        let Settings { method, area, .. } = self.settings;
+        let area_by_product = method == Method::Beams && area == Area::Product;
+        let has =
+            |kind: fn(&LightKind) -> bool| self.scene.lights.iter().any(|light| kind(&light.kind));
+        let constants = [
+            only_mirrors,
+            area_by_product,
+            method == Method::Beams,
+            has(|kind| matches!(kind, LightKind::Lamp { .. })),
+            self.environment.is_present,
+            self.receivers.mesh_count() > 0,
+            self.surfaces.points.count > 0,
+        ];
+        BoundPipeline::compute(context, shader, constants, &[own, &shared].concat())
+    }
+
+    /// The scene's buffers and images, by the names that shaders have for them.
+    fn resources(&self) -> [(&'static str, Resource<'_>); 22] {
+        [
             ("triangles", Resource::Buffer(&self.geometry.triangles)),
             ("normals", Resource::Buffer(&self.geometry.normals)),
             ("nodes", Resource::Buffer(&self.geometry.nodes)),
@@ -179,15 +211,52 @@ impl DeviceScene {
                 Resource::Buffer(&self.receivers.atlas_samples),
             ),
             ("atlas_nodes", Resource::Buffer(&self.receivers.atlas_nodes)),
+            ("surfaces", Resource::Buffer(&self.surfaces.surfaces)),
+            (
+                "block_surfaces",
+                Resource::Buffer(&self.surfaces.block_surfaces),
+            ),
+            ("drawn_triangles", Resource::Buffer(&self.surfaces.drawn)),
+            (
+                "smooth_groups",
+                Resource::Buffer(&self.surfaces.smooth_groups),
+            ),
+            ("blocks", Resource::Buffer(&self.surfaces.blocks)),
+            (
+                "surface_points",
+                Resource::Buffer(&self.surfaces.points.points),
+            ),
+            (
+                "triangle_points",
+                Resource::Buffer(&self.surfaces.points.of_triangles),
+            ),
+            ("point_light", Resource::Buffer(&self.surfaces.points.light)),
+            ("sky_cells", Resource::Buffer(&self.environment.sky.buffer)),
             ("lit_triangles", Resource::Buffer(&self.casters.lit)),
             ("profiles", Resource::Buffer(&self.profiles)),
             ("environment", Resource::Image(&self.environment.image)),
-        ];
-        let only_mirrors = self.casters.lobes == 1;
-        let Settings { method, area, .. } = self.settings;
-        let area_by_product = method == Method::Beams && area == Area::Product;
-        let constants = [only_mirrors, area_by_product, method == Method::Beams];
-        BoundPipeline::compute(context, shader, constants, &[own, &shared].concat())
+        ]
+    }
+
+    /// A graphics pipeline, bound in the same way.
+    ///
+    /// # Errors
+    /// As [`DeviceScene::compute`].
+    pub fn graphics(
+        &self,
+        context: &Arc<Context>,
+        [vertex, fragment]: [&'static Shader; 2],
+        topology: Topology,
+        own: &[(&'static str, Resource)],
+    ) -> Result<BoundPipeline> {
+        let shared = self.resources();
+        BoundPipeline::graphics(
+            context,
+            vertex,
+            fragment,
+            topology,
+            &[own, &shared].concat(),
+        )
     }
 
     /// The lights of `source` with the number of their patches, if there are any.

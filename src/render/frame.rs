@@ -3,32 +3,30 @@
 //! ```text
 //! upload ─► facet flux ─► count ─► trace ─► count ─► project ─► splat ─► resolve     suns on planar receivers
 //!        ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate               mesh receivers, environments
-//!        ─► direct ─► dilate ─► shade                                                the view
 //! ```
 //! The casters' triangles are facets. facet flux finds the light that each sends to the receivers; by it, facets are counted
 //! into patches, the paper's sample points, and their corners are traced. Each patch is a pinhole camera: project computes
 //! the image of a light on a receiver, in as many splats as it needs, and splat adds them to the light maps, wide ones to
 //! coarser levels, which resolve adds up. Meshes and environments are lit by patches of even size: sample makes them, and
 //! compact lists their splats. The method `pinhole` gathers over these patches at every texel instead, as the paper does,
-//! and `points` splats single texels.
+//! and `points` splats single texels. view/frame.rs goes on with direct light and the camera's picture.
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
+use crate::render::caustic::Caustic;
 use crate::render::device_scene::DeviceScene;
-use crate::render::dispatch::{GroupRect, bands, first_groups, group_count};
+use crate::render::dispatch::{bands, first_groups};
 use crate::render::lights::Source;
 use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::{self, Sample};
 use crate::render::receivers::dilate::Dilate;
 use crate::render::receivers::light_maps::MAX_LEVEL;
+use crate::render::receivers::tile::Tile;
 use crate::render::splat::list::Batch;
 use crate::render::splat::projector::Projector;
 use crate::render::splat::resolve::Resolve;
 use crate::render::splat::triangles::Triangles;
-use crate::render::view::camera::Shade;
-use crate::render::view::direct::Direct;
-use crate::scene::Camera;
 use std::ops::Range;
 
 /// Patches and points in a first submission, before the speed of the device is known.
@@ -46,22 +44,6 @@ const LIST_READ: Access = Access::VERTEX_READ
     .and(Access::INDIRECT_READ);
 /// Accesses that write the light maps.
 pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
-
-/// The stages of a method.
-pub enum Caustic {
-    Splat {
-        /// For the projectors.
-        sample: Option<Sample>,
-        triangles: Option<Box<Triangles>>,
-        projectors: Vec<Projector>,
-        resolve: Option<Resolve>,
-    },
-    Gather {
-        sample: Sample,
-        pinhole: Pinhole,
-    },
-    Points(Points),
-}
 
 /// Copies the changes of the scene to the device. The first barrier waits for all earlier frames, including a host's
 /// reads of the light maps.
@@ -131,56 +113,15 @@ pub fn caustic(
                 sample_patches(recorder, scene, sample)?;
                 gather(recorder, scene, pinhole)?;
             }
-            dilate_meshes(recorder, scene, dilate)
+            dilate_meshes(recorder, scene.receivers.mesh_tiles().iter(), dilate)
         }
         Caustic::Points(points) => {
             if draws {
                 splat_points(recorder, scene, points, light_map, &mut clear)?;
             }
-            dilate_meshes(recorder, scene, dilate)
+            dilate_meshes(recorder, scene.receivers.mesh_tiles().iter(), dilate)
         }
     }
-}
-
-/// Computes direct light in the direct maps: from the environment, and from suns and lamps if `with_lights`.
-pub fn direct_light(
-    recorder: &mut Recorder,
-    scene: &DeviceScene,
-    direct: &Direct,
-    with_lights: bool,
-    dilate: Option<&Dilate>,
-) -> Result<()> {
-    let first = first_groups(Direct::rays(scene, with_lights));
-    let total = scene.receivers.group_count();
-    recorder.tiled("direct", total, first, |r, done, limit| {
-        let (tile, rect) = scene.receivers.group_rect(done, limit);
-        r.pass("direct", |r| {
-            direct.record(r, scene, (tile, rect), with_lights);
-            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
-        })?;
-        Ok(rect.count())
-    })?;
-    dilate_meshes(recorder, scene, dilate)
-}
-
-/// Computes the camera's picture with `side`² samples per pixel.
-pub fn view(
-    recorder: &mut Recorder,
-    scene: &DeviceScene,
-    shade: &Shade,
-    camera: &Camera,
-    side: u32,
-) -> Result<()> {
-    let size = shade.size();
-    let first = first_groups(Shade::rays(scene, side));
-    recorder.tiled("shade", group_count(size), first, |r, done, limit| {
-        let rect = GroupRect::of(size, done, limit);
-        r.pass("shade", |r| {
-            r.barrier(LIGHT_MAP_WRITE, Access::COMPUTE);
-            shade.record(r, scene, camera, side, rect);
-        })?;
-        Ok(rect.count())
-    })
 }
 
 // --- The steps ------------------------------------------------------------------------------------
@@ -446,21 +387,21 @@ fn splat_points(
     })
 }
 
-/// Extends the light maps of meshes around their charts.
-fn dilate_meshes(
+/// Extends the tiles of mesh receivers around their charts.
+pub fn dilate_meshes<'a>(
     recorder: &mut Recorder,
-    scene: &DeviceScene,
+    tiles: impl Iterator<Item = &'a Tile>,
     dilate: Option<&Dilate>,
 ) -> Result<()> {
     let Some(dilate) = dilate else {
         return Ok(());
     };
-    for (receiver, tile) in scene.receivers.mesh_tiles().iter().enumerate() {
-        let [width, height] = tile.size;
+    for (receiver, tile) in (0..).zip(tiles) {
+        let height = tile.size[1];
         for rows in bands(tile.size, DILATE_BAND) {
             recorder.pass("dilate", |r| {
                 r.barrier(LIGHT_MAP_WRITE, Access::COMPUTE);
-                dilate.record(r, receiver as u32, width, rows.clone());
+                dilate.record(r, receiver, tile, rows.clone());
                 r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE.and(Access::BLEND));
             })?;
             submit_if(recorder, rows, height)?;

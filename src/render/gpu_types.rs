@@ -40,6 +40,14 @@ mirrors! {
         edge_v: Vec3, width: u32,
         normal: Vec3, height: u32,
     }
+    DiffuseSurface {
+        origin: Vec3, kind: u32, edge_u: Vec3, tile_x: u32, edge_v: Vec3, tile_y: u32, normal: Vec3, width: u32,
+        height: u32, light_scale: u32, light_x: u32, light_y: u32,
+        sky_scale: u32, first_block: u32, triangle: u32, unused: u32,
+    }
+    TrianglePoints { first: u32, second: u32, third: u32, division: u32, }
+    SurfacePoint { triangle: u32, weights: u32, radius: f32, }
+    SkyCell { mean: Vec3, unused0: f32, power: Vec3, unused1: f32, direction: Vec3, unused2: f32, }
     MeshReceiver {
         tile_x: u32, tile_y: u32, width: u32, height: u32,
         first_texel: u32, first_node: u32, levels: u32, unused: u32,
@@ -105,7 +113,7 @@ mirrors! {
     ScanPush { count: u32, is_limited: u32, batches: u32, batch_size: u32, }
     CompactPush { pair_count: u32, slots: u32, }
     LevelsPush { receiver_count: u32, rows: u32, }
-    DilatePush { receiver: u32, first_row: u32, }
+    DilatePush { receiver: u32, first_row: u32, tile: UVec2, }
     /// Push constants of all vertex shaders that draw into the light maps.
     DrawPush { atlas_size: Vec2, }
     ResolvePush { level: i32, first_row: i32, }
@@ -119,16 +127,19 @@ mirrors! {
         batch_patches: u32, light_count: u32, epsilon: f32, spread: f32,
         rotation: f32, has_environment: u32, can_occlude: u32, is_mesh: u32,
     }
-    DirectPush {
-        first: UVec2, receiver: u32, triangle: u32,
-        light_count: u32, has_environment: u32, rotation: f32, is_mesh: u32,
+    ClassifyPush { first: u32, block_count: u32, light_count: u32, }
+    ListedPush { first: u32, light_count: u32, }
+    PlanPush { per_group: u32, }
+    SkyPush { first: UVec2, surface: u32, unused: u32, }
+    DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, sky_cell_count: u32, }
+    DirectPointsPush { first: u32, point_count: u32, light_count: u32, sky_cell_count: u32, }
+    CameraPush {
+        eye: Vec3, near: f32, right: Vec3, first: u32, up: Vec3, light_count: u32, forward: Vec3, rotation: f32,
+        size: Vec2, part: Vec2,
     }
-    ShadePush {
-        eye: Vec3, light_count: u32,
-        right: Vec3, has_environment: u32,
-        up: Vec3, rotation: f32,
-        forward: Vec3, side: u32,
-        first: UVec2,
+    ViewPush {
+        eye: Vec3, light_count: u32, right: Vec3, rotation: f32, up: Vec3, side: u32, forward: Vec3, capacity: u32,
+        size: Vec2, part: UVec2, first: UVec2, end: UVec2,
     }
 }
 
@@ -171,6 +182,8 @@ mod tests {
         "PlanarReceiver",
         "Facet",
         "ClusterStart",
+        "DiffuseSurface",
+        "SkyCell",
     ];
 
     /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.

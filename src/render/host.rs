@@ -2,6 +2,7 @@
 
 use crate::gpu::Image;
 use crate::render::device_scene::DeviceScene;
+use crate::render::receivers::tile::Tile;
 use crate::scene::Scene;
 use ash::vk;
 
@@ -11,8 +12,19 @@ pub struct Frame<'a> {
     /// The present scene. Positions, sizes, directions and colours may differ from the last frame; the structure may
     /// not.
     pub scene: &'a Scene,
-    /// Whether to compute the direct light of all lights into [`Output::direct_map`].
+    /// Whether to compute the direct light of all lights into [`Output::direct_map`], where the scene changed.
     pub direct: bool,
+    /// The picture to compute into [`Output::view`], of the scene's camera. It needs the direct light.
+    pub view: Option<ViewFrame>,
+}
+
+/// A picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ViewFrame {
+    /// Pixels. A frame of another size than the last one allocates.
+    pub size: [u32; 2],
+    /// Square root of the number of samples per pixel, 1 or more.
+    pub antialias: u32,
 }
 
 /// The results of a recorded frame. The handles stay valid until the renderer is dropped.
@@ -20,8 +32,10 @@ pub struct Frame<'a> {
 pub struct Output<'a> {
     /// Caustic irradiance of all receivers, W/m² in linear RGB, one tile each; alpha is undefined.
     pub light_map: MapImage,
-    /// Direct irradiance in the same tiles; undefined if the frame did not ask for it.
+    /// Direct irradiance, W/m², in tiles of its own: [`ReceiverTile::direct`]. Undefined if no frame asked for it.
     pub direct_map: MapImage,
+    /// Linear radiance of the picture, W/m²/sr, if the frame asked for it.
+    pub view: Option<MapImage>,
     /// The stages and accesses that the host must wait for and make visible before it reads the maps.
     pub last_stage: vk::PipelineStageFlags2,
     pub last_access: vk::AccessFlags2,
@@ -39,11 +53,20 @@ pub struct MapImage {
     pub size: [u32; 2],
 }
 
-/// A receiver's tile of the maps.
+/// A receiver's tiles of the maps.
 #[derive(Debug, Clone, Copy)]
 pub struct ReceiverTile {
     /// Index into [`Scene::objects`].
     pub object: usize,
+    /// In the light map.
+    pub light: MapTile,
+    /// In the direct map.
+    pub direct: MapTile,
+}
+
+/// A tile of a map.
+#[derive(Debug, Clone, Copy)]
+pub struct MapTile {
     /// Top left texel, and size in texels.
     pub origin: [u32; 2],
     pub size: [u32; 2],
@@ -68,24 +91,36 @@ impl MapImage {
 
 /// The tiles of all receivers.
 pub fn tiles(scene: &DeviceScene) -> Vec<ReceiverTile> {
-    let all = scene.receivers.image_size;
+    let surfaces = &scene.surfaces;
     (scene.receivers.tiles.iter())
         .map(|tile| {
-            let [mut scale, mut offset] = [[0.0; 2]; 2];
-            for axis in 0..2 {
-                scale[axis] = tile.size[axis] as f32 / all[axis] as f32;
-                offset[axis] = tile.origin[axis] as f32 / all[axis] as f32;
-            }
-            // v points up, and the rows of the map start at the top.
-            offset[1] += scale[1];
-            scale[1] = -scale[1];
+            let direct = (surfaces.tiles.iter()).find(|direct| direct.tile.object == tile.object);
+            let direct = &direct.expect("receivers are diffuse").tile;
             ReceiverTile {
                 object: tile.object,
-                origin: tile.origin,
-                size: tile.size,
-                scale,
-                offset,
+                light: MapTile::of(tile, scene.receivers.image_size),
+                direct: MapTile::of(direct, surfaces.image_size),
             }
         })
         .collect()
+}
+
+impl MapTile {
+    /// A tile of an image of `all` texels.
+    fn of(tile: &Tile, all: [u32; 2]) -> Self {
+        let [mut scale, mut offset] = [[0.0; 2]; 2];
+        for axis in 0..2 {
+            scale[axis] = tile.size[axis] as f32 / all[axis] as f32;
+            offset[axis] = tile.origin[axis] as f32 / all[axis] as f32;
+        }
+        // v points up, and the rows of the map start at the top.
+        offset[1] += scale[1];
+        scale[1] = -scale[1];
+        Self {
+            origin: tile.origin,
+            size: tile.size,
+            scale,
+            offset,
+        }
+    }
 }

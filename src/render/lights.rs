@@ -42,6 +42,8 @@ pub struct DeviceLights {
     pub scene_count: u32,
     /// Number of all of them.
     pub count: u32,
+    /// The suns and lamps of the scene.
+    pub scene: Vec<Light>,
 }
 
 impl DeviceLights {
@@ -59,6 +61,7 @@ impl DeviceLights {
             buffer: Buffer::new(context, "lights", bytes as u64)?,
             scene_count: count as u32,
             count: count as u32,
+            scene: Vec::new(),
         })
     }
 
@@ -68,6 +71,7 @@ impl DeviceLights {
     /// [`Error::Device`] where the device fails.
     pub fn update(&mut self, staging: &mut Staging, lights: &[Light]) -> Result<()> {
         self.count = lights.len() as u32;
+        self.scene = lights[..self.scene_count as usize].to_vec();
         staging.write(&self.buffer, 0, lights)
     }
 }

@@ -9,6 +9,7 @@
 
 mod blocking;
 mod budget;
+mod caustic;
 mod device_scene;
 mod diagnostics;
 mod dispatch;
@@ -30,22 +31,34 @@ mod stages;
 mod view;
 
 pub use budget::FrameBudget;
-pub use host::{Frame, MapImage, Output, ReceiverTile};
+pub use host::{Frame, MapImage, MapTile, Output, ReceiverTile, ViewFrame};
 pub use settings::{Area, Method, Settings};
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
+use crate::render::caustic::Caustic;
 use crate::render::device_scene::{Change, DeviceScene};
-use crate::render::frame::Caustic;
 pub use crate::render::patches::facets::MAX_BUDGET as MAX_PATCHES;
 use crate::render::receivers::dilate::Dilate;
-use crate::render::view::camera::Shade;
+use crate::render::view::camera::View;
 use crate::render::view::direct::Direct;
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 use ash::vk;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+/// Device memory of a view, bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct ViewMemory {
+    /// Of direct light on all diffuse surfaces.
+    pub maps: u64,
+    /// Of the picture, with the visible triangles at its samples.
+    pub picture: u64,
+}
+
+/// What frames in flight may still use, with the number of frames that it must be kept.
+type Retired = (u32, Option<Caustic>, Option<View>);
 
 /// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
@@ -53,20 +66,20 @@ pub struct Renderer {
     settings: Settings,
     scene: DeviceScene,
     light_map: Image,
-    direct_map: Image,
     tiles: Vec<ReceiverTile>,
     caustic: Caustic,
     direct: Direct,
     /// For the light map and the direct map, if there are mesh receivers.
     dilate: Option<[Dilate; 2]>,
-    shade: Option<Shade>,
+    view: Option<View>,
     recorder: Recorder,
-    /// Replaced stages that frames in flight may still use, each with the number of frames that it must be kept.
-    retired: VecDeque<(u32, Caustic)>,
+    retired: VecDeque<Retired>,
     /// Whether a caustic was recorded, so that its counts are defined.
     has_caustic: bool,
     /// Whether the light maps show the scene as it is. Then no caustic is computed.
     is_current: bool,
+    /// Whether the direct maps do.
+    is_direct_current: bool,
     budget: Option<FrameBudget>,
     /// Whether the next caustic begins with larger buffers.
     grows: bool,
@@ -90,26 +103,17 @@ impl Renderer {
             ..settings.clone()
         };
         let mut device = DeviceScene::new(context, scene, &settings)?;
-        let mut map = |name| {
-            let image = Image::new(
-                context,
-                name,
-                device.receivers.image_size,
-                1,
-                Sampling::Clamp,
-            )?;
-            device.staging.prepare(&image);
-            Ok::<_, Error>(image)
-        };
-        let (light_map, direct_map) = (map("light map")?, map("direct map")?);
+        let size = device.receivers.image_size;
+        let light_map = Image::new(context, "light map", size, 1, Sampling::Clamp)?;
+        device.staging.prepare(&light_map);
         let caustic = stages::caustic(context, &mut device, &light_map, &settings)?;
         let budget = budget.filter(|_| caustic.has_error_target());
-        let direct = Direct::new(context, &device, &direct_map)?;
+        let direct = Direct::new(context, &mut device)?;
         let dilate = match device.receivers.mesh_count() {
             0 => None,
             _ => Some([
                 Dilate::new(context, &device, &light_map)?,
-                Dilate::new(context, &device, &direct_map)?,
+                Dilate::new(context, &device, &direct.map)?,
             ]),
         };
         let recorder = match context.is_of_host() {
@@ -122,15 +126,15 @@ impl Renderer {
             tiles: host::tiles(&device),
             scene: device,
             light_map,
-            direct_map,
             caustic,
             direct,
             dilate,
-            shade: None,
+            view: None,
             recorder,
             retired: VecDeque::new(),
             has_caustic: false,
             is_current: false,
+            is_direct_current: false,
             budget,
             grows: false,
             update_time: Duration::ZERO,
@@ -162,18 +166,32 @@ impl Renderer {
         }
         self.retire();
         self.update(frame.scene)?;
+        if let Some(view) = frame.view {
+            self.prepare_view(view.size, view.antialias)?;
+        }
         // SAFETY: the caller's promise.
         unsafe { self.recorder.begin_host(commands) };
-        let recorded = self.record_caustic().and_then(|()| match frame.direct {
-            true => self.record_direct(true),
-            false => Ok(()),
+        let recorded = self.record_caustic().and_then(|()| {
+            if frame.direct || frame.view.is_some() {
+                self.record_direct()?;
+            }
+            match frame.view {
+                Some(_) => self.record_view(&frame.scene.camera),
+                None => Ok(()),
+            }
         });
         // What the host must not submit leaves the light maps as they were.
-        (self.recorder.end_host().and(recorded)).inspect_err(|_| self.is_current = false)?;
+        (self.recorder.end_host().and(recorded)).inspect_err(|_| {
+            (self.is_current, self.is_direct_current) = (false, false);
+        })?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
         Ok(Output {
             light_map: MapImage::of(&self.light_map),
-            direct_map: MapImage::of(&self.direct_map),
+            direct_map: MapImage::of(&self.direct.map),
+            view: frame
+                .view
+                .and(self.view.as_ref())
+                .map(|view| MapImage::of(&view.image)),
             last_stage,
             last_access,
             receivers: &self.tiles,
@@ -182,8 +200,14 @@ impl Renderer {
 
     /// Drops the stages that no frame in flight uses.
     fn retire(&mut self) {
-        self.retired.iter_mut().for_each(|(frames, _)| *frames -= 1);
-        while self.retired.front().is_some_and(|(frames, _)| *frames == 0) {
+        self.retired
+            .iter_mut()
+            .for_each(|(frames, ..)| *frames -= 1);
+        while self
+            .retired
+            .front()
+            .is_some_and(|(frames, ..)| *frames == 0)
+        {
             self.retired.pop_front();
         }
     }
@@ -205,6 +229,7 @@ impl Renderer {
         let was_current = std::mem::take(&mut self.is_current);
         let change = self.scene.update(&self.context, scene)?;
         self.is_current = was_current && change == Change::Nothing;
+        self.is_direct_current &= change == Change::Nothing;
         if change == Change::Stages {
             let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
@@ -213,7 +238,7 @@ impl Renderer {
             })?;
             let replaced = std::mem::replace(&mut self.caustic, stages);
             let frames = self.settings.frames_in_flight.max(1);
-            self.retired.push_back((frames, replaced));
+            self.retired.push_back((frames, Some(replaced), None));
         }
         self.update_time = start.elapsed();
         Ok(())
@@ -281,9 +306,10 @@ impl Renderer {
         }
     }
 
-    /// Has the next frame compute its caustic although the scene is unchanged, for measurements.
+    /// Has the next frame compute its caustic and its direct light although the scene is unchanged, for measurements.
     pub fn invalidate(&mut self) {
         self.is_current = false;
+        self.is_direct_current = false;
     }
 
     /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
@@ -330,15 +356,42 @@ impl Renderer {
         Ok(())
     }
 
-    fn record_direct(&mut self, with_lights: bool) -> Result<()> {
+    fn record_direct(&mut self) -> Result<()> {
+        if self.is_direct_current {
+            return Ok(());
+        }
         let dilate = self.dilate.as_ref().map(|[_, of_direct]| of_direct);
-        frame::direct_light(
-            &mut self.recorder,
-            &self.scene,
-            &self.direct,
-            with_lights,
-            dilate,
-        )
+        view::frame::direct_light(&mut self.recorder, &self.scene, &self.direct, dilate)?;
+        self.is_direct_current = true;
+        Ok(())
+    }
+
+    /// Makes the images of a view of `size` pixels with `side`² samples each, unless they exist.
+    fn prepare_view(&mut self, size: [u32; 2], side: u32) -> Result<()> {
+        let is_same = |view: &View| view.size() == size && view.side == side;
+        if !self.view.as_ref().is_some_and(is_same) {
+            let maps = [&self.light_map, &self.direct.map];
+            let view = View::new(&self.context, &mut self.scene, maps, size, side)?;
+            let frames = self.settings.frames_in_flight.max(1);
+            let replaced = self.view.replace(view);
+            if replaced.is_some() {
+                self.retired.push_back((frames, None, replaced));
+            }
+        }
+        Ok(())
+    }
+
+    fn record_view(&mut self, camera: &Camera) -> Result<()> {
+        let view = self.view.as_ref().expect("prepared");
+        view::frame::view(&mut self.recorder, &self.scene, view, camera)
+    }
+
+    /// Device memory of the maps of direct light and of the last view, bytes.
+    pub fn view_memory(&self) -> ViewMemory {
+        ViewMemory {
+            maps: self.direct.bytes() + self.scene.surfaces.bytes(),
+            picture: self.view.as_ref().map_or(0, View::bytes),
+        }
     }
 
     /// Sets the relative L1 error that the next frame aims for, 0 < `error` ≤ 1. Without effect where [`Settings::error`]

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image};
+use crate::render::caustic::Caustic;
 use crate::render::device_scene::DeviceScene;
-use crate::render::frame::Caustic;
 use crate::render::lights::Source;
 use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;

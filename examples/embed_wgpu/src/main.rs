@@ -192,11 +192,11 @@ fn compare(
     tile: &ReceiverTile,
     baked: &RgbImage,
 ) -> Result<()> {
-    let [width, height] = tile.size;
-    if [baked.width, baked.height] != tile.size {
+    let [width, height] = tile.light.size;
+    if [baked.width, baked.height] != tile.light.size {
         return Err(format!("the baked map must have {width} x {height} texels").into());
     }
-    let bytes = view::read(host, light_map, tile.origin, tile.size)?;
+    let bytes = view::read(host, light_map, tile.light.origin, tile.light.size)?;
     // The texture has RGBA, the file RGB.
     let texels = bytes.chunks_exact(16).map(|rgba| &rgba[..12]);
     let differ = (texels.zip(&baked.pixels))

@@ -81,10 +81,10 @@ impl View {
         let picture = device.create_texture(&descriptor);
         let compilation_options = wgpu::PipelineCompilationOptions {
             constants: &[
-                ("left", f64::from(tile.origin[0])),
-                ("top", f64::from(tile.origin[1])),
-                ("width", f64::from(tile.size[0])),
-                ("height", f64::from(tile.size[1])),
+                ("left", f64::from(tile.light.origin[0])),
+                ("top", f64::from(tile.light.origin[1])),
+                ("width", f64::from(tile.light.size[0])),
+                ("height", f64::from(tile.light.size[1])),
             ],
             ..Default::default()
         };

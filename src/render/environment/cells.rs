@@ -3,8 +3,8 @@
 //! The cells tile the sphere, so that constant radiance stays constant. Splits minimise the displacement of light and
 //! therefore follow the edges of windows first.
 
+use crate::render::environment::cell::EnvironmentCell;
 use crate::render::environment::mips::mip_chain;
-use crate::render::gpu_types;
 use crate::scene::EnvironmentMap;
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
@@ -21,61 +21,6 @@ const MIN_ROWS: u32 = 64;
 const EVEN_SHARE: f64 = 0.7;
 /// Extent of a cell, rad, above which its error is raised: very wide cells have no meaningful centre.
 const MAX_EXTENT: f64 = 1.6;
-/// Variance of a cell's kernel over the cell's variance, so that neighbouring kernels add up evenly, as for patches.
-const SPREAD: f64 = 1.3;
-
-/// An environment cell, before the rotation of the environment.
-pub struct EnvironmentCell {
-    /// Azimuth of the cell's centre, rad.
-    azimuth: f64,
-    half_azimuth: f64,
-    /// Sine of the elevation of the cell's centre.
-    sine: f64,
-    half_sine: f64,
-    /// Irradiance of a plane that faces the cell, W/m² at scale 1.
-    irradiance: DVec3,
-}
-
-impl EnvironmentCell {
-    /// The cell as a light whose kernel overlaps its neighbours. `rotation` in rad.
-    pub fn light(&self, scale: f32, rotation: f32) -> gpu_types::Light {
-        self.spread_light(scale, rotation, SPREAD)
-    }
-
-    /// The cell as a light of its own variance, for a cell that acts as a sun.
-    pub fn sun(&self, scale: f32, rotation: f32) -> gpu_types::Light {
-        self.spread_light(scale, rotation, 1.0)
-    }
-
-    fn spread_light(&self, scale: f32, rotation: f32, spread: f64) -> gpu_types::Light {
-        let azimuth = self.azimuth + f64::from(rotation);
-        let cosine = (1.0 - self.sine * self.sine).max(0.0).sqrt();
-        // The azimuth is atan2(x, -z).
-        let (x, z) = (azimuth.sin(), -azimuth.cos());
-        let east = DVec3::new(-z, 0.0, x);
-        let up = DVec3::new(-self.sine * x, cosine, -self.sine * z);
-        let [across, along] = self.deviations().map(|deviation| deviation * spread.sqrt());
-        gpu_types::Light {
-            place: DVec3::new(cosine * x, self.sine, cosine * z).as_vec3(),
-            // The radius of the disc with this variance.
-            size: (2.0 * (across * across + along * along)).sqrt() as f32,
-            power: scale * self.irradiance.as_vec3(),
-            is_lamp: 0,
-            axis1: (across * east).as_vec3(),
-            half_azimuth: self.half_azimuth as f32,
-            axis2: (along * up).as_vec3(),
-            half_sine: self.half_sine as f32,
-        }
-    }
-
-    /// Standard deviations of its directions, rad: horizontal and vertical.
-    fn deviations(&self) -> [f64; 2] {
-        let elevation = |sine: f64| sine.clamp(-1.0, 1.0).asin();
-        let [low, high] = [-1.0, 1.0].map(|side| elevation(self.sine + side * self.half_sine));
-        let cosine = (1.0 - self.sine * self.sine).max(0.0).sqrt();
-        [self.half_azimuth * cosine, 0.5 * (high - low)].map(|half| half / 3f64.sqrt())
-    }
-}
 
 /// A rectangle of pixels of the image.
 #[derive(Debug, Clone, Copy)]
@@ -184,6 +129,36 @@ impl Sums {
         }
     }
 
+    /// The halves of about equal flux, across the longer side.
+    fn halves(&self, rect: &CellRect) -> [CellRect; 2] {
+        let &CellRect {
+            left,
+            top,
+            right,
+            bottom,
+            ..
+        } = rect;
+        let middle = PI * (top + bottom) as f64 / (2 * self.height) as f64;
+        let across = middle.sin() * TAU * (right - left) as f64 / self.width as f64;
+        let up = PI * (bottom - top) as f64 / self.height as f64;
+        let is_upright = bottom - top == 1 || right - left > 1 && across > up;
+        let split = |at: usize| match is_upright {
+            true => [[left, top, at, bottom], [at, top, right, bottom]],
+            false => [[left, top, right, at], [left, at, right, bottom]],
+        };
+        let places = match is_upright {
+            true => left + 1..right,
+            false => top + 1..bottom,
+        };
+        places
+            .map(|at| split(at).map(|half| self.rect(half)))
+            .min_by(|a, b| {
+                let difference = |[a, b]: &[CellRect; 2]| (a.flux - b.flux).abs();
+                difference(a).total_cmp(&difference(b))
+            })
+            .expect("more than one pixel")
+    }
+
     /// The split with the smallest error.
     fn split(&self, rect: &CellRect) -> [CellRect; 2] {
         let &CellRect {
@@ -206,12 +181,58 @@ impl Sums {
     }
 }
 
+/// Divides `map` into cells of about equal flux, at most `counts` (increasing or decreasing), in the order of their rows.
+pub fn divide_by_flux<const N: usize>(
+    map: &EnvironmentMap,
+    counts: [usize; N],
+) -> [Vec<EnvironmentCell>; N] {
+    let map = enlarged(map);
+    let (width, height, radiance) = reduced(&map);
+    let sums = Sums::new(&EnvironmentMap {
+        width,
+        height,
+        radiance,
+    });
+    let by_flux = |rect: CellRect| CellRect {
+        error: rect.flux,
+        ..rect
+    };
+    counts.map(|count| {
+        let mut heap = BinaryHeap::from([by_flux(sums.rect([0, 0, sums.width, sums.height]))]);
+        let mut rects = Vec::new();
+        while heap.len() + rects.len() < count {
+            match heap.pop() {
+                Some(worst) if worst.can_be_split() => {
+                    heap.extend(sums.halves(&worst).map(by_flux));
+                }
+                Some(worst) => rects.push(worst),
+                None => break,
+            }
+        }
+        rects.extend(heap);
+        rects.retain(|rect| rect.flux > 0.0);
+        rects.sort_by_key(|rect| (rect.top, rect.left));
+        let subdivision = Subdivision {
+            map: Cow::Borrowed(&*map),
+            width: sums.width,
+            height: sums.height,
+            rects: Vec::new(),
+        };
+        rects.iter().map(|rect| subdivision.cell(rect)).collect()
+    })
+}
+
+/// The finest mip level of `map` that is split.
+fn reduced(map: &EnvironmentMap) -> (u32, u32, Vec<[f32; 3]>) {
+    (mip_chain(map, 1.0).into_iter())
+        .find(|(_, height, _)| *height <= MAX_ROWS)
+        .expect("the last level has one row")
+}
+
 /// Subdivides `map` into `counts` rects (increasing), or as many as there are pixels.
 pub fn subdivide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Subdivision<'a> {
     let map = enlarged(map);
-    let (width, height, radiance) = (mip_chain(&map, 1.0).into_iter())
-        .find(|(_, height, _)| *height <= MAX_ROWS)
-        .expect("the last level has one row");
+    let (width, height, radiance) = reduced(&map);
     let sums = Sums::new(&EnvironmentMap {
         width,
         height,
@@ -319,6 +340,7 @@ fn solid_angle(map: &EnvironmentMap, row: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::environment::cell::SPREAD;
     use glam::Vec3;
 
     fn map(height: u32, radiance: impl Fn(u32, u32) -> f32) -> EnvironmentMap {

@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::gpu::{Context, Image, Sampling, Staging};
 use crate::render::environment::mips::mip_chain;
 use crate::render::environment::pairs::CellPatchPairs;
+use crate::render::environment::sky::Sky;
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::Light;
 use crate::render::lights::{EnvironmentLight, LightGroup};
@@ -18,6 +19,8 @@ pub struct DeviceEnvironment {
     pub rotation: f32,
     /// Pairs of cell and patch cluster, for footprints.
     pub pairs: Option<CellPatchPairs>,
+    /// Cells for direct light.
+    pub sky: Sky,
 }
 
 /// The changes that other parts of the scene depend on.
@@ -48,6 +51,7 @@ impl DeviceEnvironment {
             is_present: light.is_some(),
             rotation: 0.0,
             pairs: None,
+            sky: Sky::new(context)?,
         })
     }
 
@@ -81,6 +85,11 @@ impl DeviceEnvironment {
             for (level, (_, _, rgb)) in mip_chain(light.map, light.scale).iter().enumerate() {
                 staging.write_level(&self.image, level as u32, rgb)?;
             }
+        }
+        let has_changed = before
+            .is_none_or(|before| before.scale != light.scale || before.rotation != light.rotation);
+        if changed.is_another || has_changed {
+            self.sky.update(staging, &light, changed.is_another)?;
         }
         let lights_by_clusters = settings.method == Method::Footprint
             && scene

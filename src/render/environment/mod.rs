@@ -1,6 +1,8 @@
 //! environment: light from all directions, as cells that patch clusters project.
 
+pub mod cell;
 pub mod cells;
 pub mod device;
 pub mod mips;
 pub mod pairs;
+pub mod sky;

@@ -10,7 +10,8 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
-use crate::render::environment::cells::{CellRect, EnvironmentCell, flux, subdivide};
+use crate::render::environment::cell::EnvironmentCell;
+use crate::render::environment::cells::{CellRect, flux, subdivide};
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::Light;

@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::DilatePush;
+use crate::render::receivers::tile::Tile;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,12 +22,17 @@ impl Dilate {
         Ok(Self { pipeline })
     }
 
-    /// Records the dilation of some rows of a mesh receiver's light map.
-    pub fn record(&self, recorder: &mut Recorder, receiver: u32, width: u32, rows: Range<u32>) {
+    /// Records the dilation of some rows of a mesh receiver's tile of the image.
+    pub fn record(&self, recorder: &mut Recorder, receiver: u32, tile: &Tile, rows: Range<u32>) {
         let push = DilatePush {
             receiver,
             first_row: rows.start,
+            tile: tile.origin.into(),
         };
-        recorder.dispatch(&self.pipeline, &push, [width, rows.end - rows.start, 1]);
+        recorder.dispatch(
+            &self.pipeline,
+            &push,
+            [tile.size[0], rows.end - rows.start, 1],
+        );
     }
 }

@@ -191,11 +191,27 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
         });
     }
     let sizes: Vec<[u32; 2]> = maps.iter().map(|&(_, _, padded)| padded).collect();
+    let (origins, end) = pack_tiles(&sizes, max_side)?;
+    let tiles = (maps.iter().zip(&origins))
+        .map(|(&(object, size, _), &origin)| Tile {
+            object,
+            origin,
+            size,
+        })
+        .collect();
+    Ok((tiles, end))
+}
+
+/// Origins of tiles of these sizes in one image of at most `max_side` texels a side, and the size of the image.
+///
+/// # Errors
+/// [`Error::Usage`] where they do not fit.
+pub fn pack_tiles(sizes: &[[u32; 2]], max_side: u32) -> Result<(Vec<[u32; 2]>, [u32; 2])> {
     let area: u64 = sizes.iter().map(|&size| texel_count(size)).sum();
     let widest = sizes.iter().flatten().copied().max().unwrap_or(1);
     let mut side = widest.max(area.isqrt().min(max_side.into()) as u32);
     let origins = loop {
-        match packed(&sizes, side) {
+        match packed(sizes, side) {
             Some(origins) => break origins,
             None if side == max_side => {
                 return Err(Error::Usage {
@@ -208,18 +224,12 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
             None => side = (side + side.div_ceil(8)).min(max_side),
         }
     };
-    let tiles = (maps.iter().zip(&origins))
-        .map(|(&(object, size, _), &origin)| Tile {
-            object,
-            origin,
-            size,
-        })
-        .collect();
     let end = |axis: usize| {
-        let ends = (origins.iter().zip(&sizes)).map(|(origin, size)| origin[axis] + size[axis]);
+        let ends = (origins.iter().zip(sizes)).map(|(origin, size)| origin[axis] + size[axis]);
         ends.max().unwrap_or(1)
     };
-    Ok((tiles, [end(0), end(1)]))
+    let size = [end(0), end(1)];
+    Ok((origins, size))
 }
 
 /// Origins of rectangles of these sizes, none of which overlap, in a square, if they fit. The tallest one is placed

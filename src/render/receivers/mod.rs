@@ -3,4 +3,6 @@
 pub mod dilate;
 pub mod light_maps;
 pub mod mesh;
+pub mod points;
+pub mod surfaces;
 pub mod tile;

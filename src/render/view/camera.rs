@@ -1,81 +1,394 @@
-//! shade: the camera's view of surfaces, direct light, mirrors and caustics.
+//! The camera's view. The graphics pipeline draws diffuse surfaces with the light in their maps, and finds the visible triangle
+//! of every sample. Pixels that show mirrors or interfaces, or several surfaces, are listed, and computed by rays.
 
 use crate::error::Result;
-use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, Sampling, shaders};
+use crate::gpu::{
+    BoundPipeline, Context, Image, Recorder, Resource, Sampling, Shader, Texel, Topology, shaders,
+};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
-use crate::render::gpu_types::ShadePush;
-use crate::render::gpu_types::constants::{VIEW_ENVIRONMENT_RAYS, VIEW_LIGHT_RAYS};
+use crate::render::gpu_types::{CameraPush, Light, ViewPush};
+use crate::render::view::work_list::{Items, WorkList};
 use crate::scene::Camera;
-use glam::DVec3;
+use glam::{DVec3, UVec2, Vec2, Vec3};
 use std::sync::Arc;
 
-pub struct Shade {
-    pipeline: BoundPipeline,
+/// Samples of the largest part of a picture, for each pixel of the picture.
+const SAMPLES_PER_PIXEL: u32 = 4;
+/// Pixels of the largest part: a dispatch may list all of them.
+const MAX_PART: u64 = 1 << 22;
+/// Nothing closer to the camera is seen, as a share of the scene's size.
+const NEAR: f32 = 1e-5;
+
+pub struct View {
+    visible: BoundPipeline,
+    nearest: BoundPipeline,
+    /// Rects, meshes with light maps, other meshes.
+    surfaces: [BoundPipeline; 3],
+    background: BoundPipeline,
+    list_pixels: BoundPipeline,
+    contrast: BoundPipeline,
+    shade: BoundPipeline,
     /// Linear radiance, W/m²/sr.
-    pub view: Image,
+    pub image: Image,
+    /// Depth at the pixels' centres.
+    depth: Image,
+    /// Triangles at the samples of a part of the picture, and their depth.
+    samples: [Image; 2],
+    /// Pixels of a part that show one mirror or interface, and those that show several surfaces.
+    pub pixels: WorkList,
+    /// Pixels of the largest part.
+    part: [u32; 2],
+    /// Square root of the number of samples per pixel.
+    pub side: u32,
 }
 
-impl Shade {
+/// A part of the picture: first pixel, and size.
+pub type Part = (UVec2, [u32; 2]);
+
+impl View {
+    /// A view of `size` pixels with `side`² samples each.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails or its memory is insufficient.
     pub fn new(
         context: &Arc<Context>,
-        scene: &DeviceScene,
+        scene: &mut DeviceScene,
         [light_map, direct_map]: [&Image; 2],
         size: [u32; 2],
+        side: u32,
     ) -> Result<Self> {
-        let view = Image::new(context, "view", size, 1, Sampling::Clamp)?;
-        let own = [
+        let image = Image::new(context, "view", size, 1, Sampling::Clamp)?;
+        let part = part_size(size, side, context.max_image_side());
+        let of_texels =
+            |name, size, texel| Image::of_texels(context, name, size, 1, Sampling::Nearest, texel);
+        let depth = of_texels("view depth", size, Texel::Depth)?;
+        let sides = part.map(|pixels| side * pixels);
+        let samples = [
+            of_texels("view samples", sides, Texel::Number)?,
+            of_texels("view samples' depth", sides, Texel::Depth)?,
+        ];
+        let capacity = u64::from(part[0]) * u64::from(part[1]);
+        // A pixel of the first list may be in the second one, too.
+        let pixels = WorkList::new(context, scene, 2 * capacity, 4, 64)?;
+        let maps = [
             ("light_map", Resource::Image(light_map)),
             ("direct_map", Resource::Image(direct_map)),
-            ("view", Resource::Image(&view)),
         ];
-        let pipeline = scene.compute(context, &shaders::SHADE_COMP, &own)?;
-        Ok(Self { pipeline, view })
+        let visible = ("visible", Resource::Image(&samples[0]));
+        let visible_depth = ("visible_depth", Resource::Image(&samples[1]));
+        let view = ("view", Resource::Image(&image));
+        let list = pixels.resources("pixels");
+        let draw = |shaders: [&'static Shader; 2], topology, own: &[_]| {
+            scene.graphics(context, shaders, topology, own)
+        };
+        let of_surfaces = |shaders, own: &[_]| draw(shaders, Topology::Surfaces, own);
+        let made = Self {
+            visible: draw(
+                [&shaders::VISIBLE_VERT, &shaders::VISIBLE_FRAG],
+                Topology::Numbers,
+                &[],
+            )?,
+            nearest: draw(
+                [&shaders::NEAREST_VERT, &shaders::NEAREST_FRAG],
+                Topology::Depths,
+                &[],
+            )?,
+            surfaces: [
+                of_surfaces([&shaders::RECT_VERT, &shaders::RECT_FRAG], &maps)?,
+                of_surfaces([&shaders::MESH_VERT, &shaders::MESH_FRAG], &maps)?,
+                of_surfaces([&shaders::POINT_MESH_VERT, &shaders::POINT_MESH_FRAG], &[])?,
+            ],
+            background: of_surfaces([&shaders::BACKGROUND_VERT, &shaders::BACKGROUND_FRAG], &[])?,
+            list_pixels: scene.compute(
+                context,
+                &shaders::LIST_PIXELS_COMP,
+                &[&[visible, visible_depth][..], &list].concat(),
+            )?,
+            contrast: scene.compute(
+                context,
+                &shaders::CONTRAST_COMP,
+                &[&[view][..], &list].concat(),
+            )?,
+            shade: scene.compute(
+                context,
+                match scene.casters.lobes {
+                    1 => &shaders::SHADE_MIRRORS_COMP,
+                    _ => &shaders::SHADE_COMP,
+                },
+                &[&maps[..], &[visible, view], &list].concat(),
+            )?,
+            image,
+            depth,
+            samples,
+            pixels,
+            part,
+            side,
+        };
+        for image in made.samples.iter().chain([&made.image, &made.depth]) {
+            scene.staging.prepare(image);
+        }
+        Ok(made)
     }
 
     /// Pixels.
     pub fn size(&self) -> [u32; 2] {
-        [self.view.width, self.view.height]
+        [self.image.width, self.image.height]
     }
 
-    /// Maximum number of rays of a pixel with `side`² samples.
-    pub fn rays(scene: &DeviceScene, side: u32) -> u64 {
-        let samples = u64::from(side) * u64::from(side);
-        let of_sample =
-            1 + u64::from(VIEW_ENVIRONMENT_RAYS) * u64::from(scene.environment.is_present);
-        // Each sample has at least one ray to each light.
-        let of_lights =
-            u64::from(VIEW_LIGHT_RAYS).max(samples) * u64::from(scene.lights.scene_count);
+    /// Bytes of device memory.
+    pub fn bytes(&self) -> u64 {
+        let images = (self.samples.iter()).chain([&self.image, &self.depth]);
+        images.map(Image::bytes).sum::<u64>() + self.pixels.bytes()
+    }
+
+    /// The parts of the picture, one after the other in the same memory: first pixel and size.
+    pub fn parts(&self) -> impl Iterator<Item = (UVec2, [u32; 2])> + use<> {
+        let ([width, height], [across, down]) = (self.size(), self.part);
+        let columns = width.div_ceil(across);
+        (0..columns * height.div_ceil(down)).map(move |part| {
+            let [x, y] = [part % columns * across, part / columns * down];
+            (
+                UVec2::new(x, y),
+                [across.min(width - x), down.min(height - y)],
+            )
+        })
+    }
+
+    /// Maximum number of rays of a pixel of list 0 or 1.
+    pub fn rays(&self, scene: &DeviceScene, list: u32) -> u64 {
         // With dielectrics, a sample splits into as many rays as the stack holds, plus one.
         let splits = if scene.casters.lobes > 1 { 7 } else { 1 };
-        splits * (samples * of_sample + of_lights)
+        let samples = if list == 0 { 1 } else { self.side * self.side };
+        4 * splits * u64::from(samples)
     }
 
-    /// Records a rectangle of the picture of `camera` with `side`² samples per pixel.
-    pub fn record(
+    /// Records diffuse surfaces and the background of a part, as seen at the pixels' centres.
+    pub fn record_surfaces(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
         camera: &Camera,
-        side: u32,
+        (first, [width, height]): Part,
+    ) {
+        let push = self.camera_push(scene, camera);
+        let all = 3 * scene.geometry.store.triangles.len() as u32;
+        let counts = scene.surfaces.drawn_counts;
+        let drawn = |kind: usize| {
+            let first = counts[..kind].iter().sum();
+            (
+                &self.surfaces[kind],
+                CameraPush { first, ..push },
+                3 * counts[kind],
+            )
+        };
+        let draws = [
+            (&self.nearest, push, all),
+            drawn(0),
+            drawn(1),
+            drawn(2),
+            (&self.background, push, 3),
+        ];
+        let [across, down] = self.size().map(|pixels| pixels as f32);
+        recorder.draw_with_depth(
+            [&self.image, &self.depth],
+            [first.x, first.y, width, height],
+            [0.0, 0.0, across, down],
+            &draws,
+        );
+    }
+
+    /// Records the visible triangles at the samples of a part.
+    pub fn record_visible(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        camera: &Camera,
+        (first, size): Part,
+    ) {
+        let push = self.camera_push(scene, camera);
+        let [x, y] = (-(self.side as f32) * first.as_vec2()).to_array();
+        let [across, down] = self.size().map(|pixels| (self.side * pixels) as f32);
+        let [width, height] = size.map(|pixels| self.side * pixels);
+        let all = 3 * scene.geometry.store.triangles.len() as u32;
+        recorder.draw_with_depth(
+            self.samples.each_ref(),
+            [0, 0, width, height],
+            [x, y, across, down],
+            &[(&self.visible, push, all)],
+        );
+    }
+
+    /// Records the lists of pixels of a rectangle of a part.
+    pub fn record_list(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        camera: &Camera,
+        part: Part,
         rect: GroupRect,
     ) {
+        let push = self.view_push(scene, camera, part);
+        let push = ViewPush {
+            light_count: match self.may_show_lights(scene, camera) {
+                true => push.light_count,
+                false => 0,
+            },
+            first: part.0 + rect.first,
+            ..push
+        };
+        recorder.dispatch(&self.list_pixels, &push, rect.threads());
+    }
+
+    /// Records the radiance of pixels of list 0 or 1.
+    pub fn record_shade(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        camera: &Camera,
+        part: Part,
+        of_list: (u32, Items),
+    ) {
+        self.record_listed(recorder, &self.shade, scene, camera, part, of_list);
+    }
+
+    fn record_listed(
+        &self,
+        recorder: &mut Recorder,
+        pipeline: &BoundPipeline,
+        scene: &DeviceScene,
+        camera: &Camera,
+        part: Part,
+        (list, items): (u32, Items),
+    ) {
+        let push = self.view_push(scene, camera, part);
+        let push = |first| ViewPush {
+            first: UVec2::new(first, list),
+            ..push
+        };
+        match items {
+            Items::Range(first, count) => {
+                recorder.dispatch_groups(pipeline, &push(first), self.pixels.groups(count));
+            }
+            Items::All => {
+                recorder.dispatch_indirect(pipeline, &push(0), &self.pixels.arguments, list);
+            }
+        }
+    }
+
+    /// Records the comparison of listed pixels with their neighbours.
+    pub fn record_contrast(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        camera: &Camera,
+        part: Part,
+        items: Items,
+    ) {
+        self.record_listed(recorder, &self.contrast, scene, camera, part, (0, items));
+    }
+
+    fn camera_push(&self, scene: &DeviceScene, camera: &Camera) -> CameraPush {
+        let ViewPush {
+            eye,
+            light_count,
+            right,
+            rotation,
+            up,
+            forward,
+            size,
+            ..
+        } = self.view_push(scene, camera, Default::default());
+        CameraPush {
+            eye,
+            near: NEAR * scene.geometry.store.size().max(f32::MIN_POSITIVE),
+            right,
+            first: 0,
+            up,
+            light_count,
+            forward,
+            rotation,
+            size,
+            part: Vec2::ZERO,
+        }
+    }
+
+    fn view_push(&self, scene: &DeviceScene, camera: &Camera, (part, size): Part) -> ViewPush {
         let forward = (camera.target - camera.position).normalize();
         let right = forward.cross(DVec3::Y).normalize();
         let up = right.cross(forward);
         let half_height = (0.5 * camera.fov).tan();
-        let aspect = f64::from(self.view.width) / f64::from(self.view.height);
-        let push = ShadePush {
+        let [width, height] = self.size();
+        let aspect = f64::from(width) / f64::from(height);
+        ViewPush {
             eye: (camera.position - scene.geometry.store.origin).as_vec3(),
             light_count: scene.lights.scene_count,
             right: (half_height * aspect * right).as_vec3(),
-            has_environment: u32::from(scene.environment.is_present),
-            up: (half_height * up).as_vec3(),
             rotation: scene.environment.rotation,
+            up: (half_height * up).as_vec3(),
+            side: self.side,
             forward: forward.as_vec3(),
-            side,
-            first: rect.first,
-        };
-        recorder.dispatch(&self.pipeline, &push, rect.threads());
+            capacity: 2 * self.part[0] * self.part[1],
+            size: UVec2::new(width, height).as_vec2(),
+            part,
+            first: part,
+            end: part + UVec2::from(size),
+        }
+    }
+
+    /// Whether a sun or lamp may be in the picture: whether the cone around it meets the cone around the picture.
+    fn may_show_lights(&self, scene: &DeviceScene, camera: &Camera) -> bool {
+        let ViewPush {
+            eye,
+            right,
+            up,
+            forward,
+            ..
+        } = self.view_push(scene, camera, Default::default());
+        let half_diagonal = (right + up).length().atan();
+        (scene.lights.scene.iter()).any(|light: &Light| {
+            let (direction, radius) = match light.is_lamp {
+                0 => (light.place, light.size),
+                _ => {
+                    let toward: Vec3 = light.place - eye;
+                    let sine = light.size / toward.length().max(light.size);
+                    (toward.normalize_or_zero(), sine.asin())
+                }
+            };
+            forward.dot(direction).clamp(-1.0, 1.0).acos() < 1.01 * (half_diagonal + radius) + 1e-3
+        })
+    }
+}
+
+/// Pixels of the largest part of a picture: as many as have [`SAMPLES_PER_PIXEL`] samples for each pixel of the picture,
+/// whose samples fit into an image, and which fit into the list.
+fn part_size([width, height]: [u32; 2], side: u32, max_side: u32) -> [u32; 2] {
+    let most = max_side / side;
+    let across = width.min(most);
+    let samples = u64::from(width) * u64::from(height) * u64::from(SAMPLES_PER_PIXEL);
+    let of_row = u64::from(across) * u64::from(side) * u64::from(side);
+    let rows = (samples / of_row).min((MAX_PART / u64::from(across)).max(1));
+    let down = height.min(most).min(rows.max(1) as u32);
+    // Workgroups have eight rows.
+    match down > 8 && down < height {
+        true => [across, down / 8 * 8],
+        false => [across, down],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_have_bounded_memory() {
+        assert_eq!(part_size([1280, 720], 1, 16_384), [1280, 720]);
+        assert_eq!(part_size([1280, 720], 2, 16_384), [1280, 720]);
+        // 16 samples a pixel: a quarter of the picture, 180 rows, in whole workgroups.
+        assert_eq!(part_size([1280, 720], 4, 16_384), [1280, 176]);
+        assert_eq!(part_size([16_384, 3], 2, 16_384), [8192, 3]);
+        // 256 samples a pixel: 1024 pixels across an image, and rows of these.
+        assert_eq!(part_size([4096, 4096], 16, 16_384), [1024, 256]);
+        assert_eq!(part_size([1, 1], 16, 16_384), [1, 1]);
     }
 }

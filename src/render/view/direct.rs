@@ -1,62 +1,238 @@
-//! direct: light that reaches the receivers without meeting a caster.
+//! direct: light that reaches diffuse surfaces without meeting a caster.
 
 use crate::error::Result;
-use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, shaders};
+use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, Sampling, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
-use crate::render::gpu_types::DirectPush;
-use crate::render::gpu_types::constants::{DIRECT_ENVIRONMENT_RAYS, DIRECT_RAYS_SIDE};
+use crate::render::environment::sky::POINT_CELLS;
+use crate::render::gpu_types::constants::{BLOCK, LIGHT_RAYS_SIDE, SKY_CELLS, SKY_SIDE, SKY_STEP};
+use crate::render::gpu_types::{ClassifyPush, DirectPointsPush, DirectPush, ListedPush, SkyPush};
+use crate::render::receivers::surfaces::SurfaceTile;
+use crate::render::view::work_list::{Items, WorkList};
+use std::ops::Range;
 use std::sync::Arc;
 
 pub struct Direct {
-    pipeline: BoundPipeline,
+    sky_rays: BoundPipeline,
+    smooth_sky: BoundPipeline,
+    sharp_sky: BoundPipeline,
+    classify: BoundPipeline,
+    list_blocks: BoundPipeline,
+    direct: BoundPipeline,
+    mixed_blocks: BoundPipeline,
+    penumbra: BoundPipeline,
+    atlas: BoundPipeline,
+    points: BoundPipeline,
+    /// Irradiance of all rects and of the meshes with light maps, W/m².
+    pub map: Image,
+    /// Irradiance from the environment, by the rays of each texel, and smooth; of one texel without an environment.
+    pub sky: [Image; 2],
+    /// Texels of the sky map that need rays of their own.
+    pub sharp_texels: WorkList,
+    /// Blocks that a light lights in part.
+    pub blocks: WorkList,
+    /// Texels of these that a light reaches in part.
+    pub texels: WorkList,
 }
 
 impl Direct {
-    pub fn new(context: &Arc<Context>, scene: &DeviceScene, direct_map: &Image) -> Result<Self> {
-        let own = [("direct_map", Resource::Image(direct_map))];
-        let pipeline = scene.compute(context, &shaders::DIRECT_COMP, &own)?;
-        Ok(Self { pipeline })
-    }
-
-    /// Rays per texel. `with_lights` as for [`Direct::record`].
-    pub fn rays(scene: &DeviceScene, with_lights: bool) -> u64 {
-        let lights = if with_lights {
-            scene.lights.scene_count
-        } else {
-            0
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn new(context: &Arc<Context>, scene: &mut DeviceScene) -> Result<Self> {
+        let size = scene.surfaces.image_size;
+        let sky_size = match scene.environment.is_present {
+            true => size,
+            false => [1, 1],
         };
-        let of_light = u64::from(DIRECT_RAYS_SIDE * DIRECT_RAYS_SIDE);
-        let of_environment = u64::from(DIRECT_ENVIRONMENT_RAYS);
-        of_light * u64::from(lights) + of_environment * u64::from(scene.environment.is_present)
+        let mut image = |name, size| {
+            let image = Image::new(context, name, size, 1, Sampling::Clamp)?;
+            scene.staging.prepare(&image);
+            Ok::<_, crate::Error>(image)
+        };
+        let map = image("direct map", size)?;
+        let sky = [image("sky rays", sky_size)?, image("sky map", sky_size)?];
+        let [rays, smooth] = [0, 1].map(|i| (["sky_rays", "sky_map"][i], Resource::Image(&sky[i])));
+        let direct_map = ("direct_map", Resource::Image(&map));
+        let bind = |shader, own: &[&[_]]| scene.compute(context, shader, &own.concat());
+        let sky_texels: u64 = (scene.surfaces.tiles.iter())
+            .filter(|tile| scene.environment.is_present && tile.is_rect())
+            .map(|tile| tile.sky_size().map(u64::from).iter().product::<u64>())
+            .sum();
+        let sharp_texels = WorkList::new(context, scene, sky_texels, 8, 64)?;
+        let blocks = WorkList::new(context, scene, scene.surfaces.block_count.into(), 8, 1)?;
+        let lit_texels = match scene.lights.scene_count {
+            0 => 0,
+            _ => u64::from(scene.surfaces.block_count) * u64::from(BLOCK * BLOCK),
+        };
+        let texels = WorkList::new(context, scene, lit_texels, 8, 64)?;
+        let listed_texels = [
+            ("texel_counts", Resource::Buffer(&texels.counts)),
+            ("texels", Resource::Buffer(&texels.items)),
+        ];
+        let [texel_list, block_list] = [&sharp_texels, &blocks].map(|list| list.resources("items"));
+        Ok(Self {
+            sky_rays: bind(&shaders::SKY_COMP, &[&[rays]])?,
+            smooth_sky: bind(&shaders::SMOOTH_SKY_COMP, &[&[rays, smooth], &texel_list])?,
+            sharp_sky: bind(&shaders::SHARP_SKY_COMP, &[&[smooth], &texel_list])?,
+            classify: bind(&shaders::CLASSIFY_COMP, &[])?,
+            list_blocks: bind(&shaders::LIST_BLOCKS_COMP, &[&block_list])?,
+            direct: bind(&shaders::DIRECT_COMP, &[&[smooth, direct_map]])?,
+            mixed_blocks: bind(
+                &shaders::MIXED_BLOCKS_COMP,
+                &[&[smooth, direct_map], &block_list, &listed_texels],
+            )?,
+            penumbra: bind(&shaders::PENUMBRA_COMP, &[&[direct_map], &listed_texels])?,
+            atlas: bind(&shaders::DIRECT_ATLAS_COMP, &[&[direct_map]])?,
+            points: bind(&shaders::DIRECT_POINTS_COMP, &[])?,
+            map,
+            sky,
+            sharp_texels,
+            blocks,
+            texels,
+        })
     }
 
-    /// Records the irradiance of a rectangle of a receiver from the environment, and from suns and lamps if
-    /// `with_lights`. The view shades suns and lamps itself, with sharper shadows.
+    /// Maximum number of rays of a texel or point.
+    pub fn rays(scene: &DeviceScene) -> u64 {
+        let of_light = u64::from(LIGHT_RAYS_SIDE * LIGHT_RAYS_SIDE) + 4;
+        let of_sky = u64::from(POINT_CELLS) * u64::from(scene.environment.is_present);
+        of_light * u64::from(scene.lights.scene_count) + of_sky
+    }
+
+    /// Number of rays of a texel of the sky map, and of one that needs rays of its own.
+    pub fn sky_rays() -> [u64; 2] {
+        [SKY_CELLS / (SKY_SIDE * SKY_SIDE), SKY_CELLS / SKY_STEP].map(u64::from)
+    }
+
+    /// Records the rays of a rectangle of a tile of the sky map.
+    pub fn record_sky_rays(&self, recorder: &mut Recorder, tile: &SurfaceTile, rect: GroupRect) {
+        recorder.dispatch(&self.sky_rays, &sky_push(tile, rect), rect.threads());
+    }
+
+    /// Records the smooth copy of the rectangle.
+    pub fn record_smooth_sky(&self, recorder: &mut Recorder, tile: &SurfaceTile, rect: GroupRect) {
+        recorder.dispatch(&self.smooth_sky, &sky_push(tile, rect), rect.threads());
+    }
+
+    /// Records texels of the sky map with rays of their own.
+    pub fn record_sharp_sky(&self, recorder: &mut Recorder, scene: &DeviceScene, items: Items) {
+        self.record_listed(recorder, &self.sharp_sky, &self.sharp_texels, scene, items);
+    }
+
+    /// Records the classes of blocks.
+    pub fn record_classify(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        blocks: Range<u32>,
+    ) {
+        self.record_blocks(recorder, &self.classify, scene, blocks);
+    }
+
+    /// Records the list of blocks that a light lights in part.
+    pub fn record_list_blocks(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        blocks: Range<u32>,
+    ) {
+        self.record_blocks(recorder, &self.list_blocks, scene, blocks);
+    }
+
+    fn record_blocks(
+        &self,
+        recorder: &mut Recorder,
+        pipeline: &BoundPipeline,
+        scene: &DeviceScene,
+        blocks: Range<u32>,
+    ) {
+        let push = ClassifyPush {
+            first: blocks.start,
+            block_count: blocks.end,
+            light_count: scene.lights.scene_count,
+        };
+        recorder.dispatch(pipeline, &push, [blocks.end - blocks.start, 1, 1]);
+    }
+
+    /// Records the listed texels.
+    pub fn record_penumbra(&self, recorder: &mut Recorder, scene: &DeviceScene, items: Items) {
+        self.record_listed(recorder, &self.penumbra, &self.texels, scene, items);
+    }
+
+    /// Records the listed blocks.
+    pub fn record_mixed_blocks(&self, recorder: &mut Recorder, scene: &DeviceScene, items: Items) {
+        self.record_listed(recorder, &self.mixed_blocks, &self.blocks, scene, items);
+    }
+
+    fn record_listed(
+        &self,
+        recorder: &mut Recorder,
+        pipeline: &BoundPipeline,
+        list: &WorkList,
+        scene: &DeviceScene,
+        items: Items,
+    ) {
+        let push = |first| ListedPush {
+            first,
+            light_count: scene.lights.scene_count,
+        };
+        match items {
+            Items::Range(first, count) => {
+                recorder.dispatch_groups(pipeline, &push(first), list.groups(count));
+            }
+            Items::All => recorder.dispatch_indirect(pipeline, &push(0), &list.arguments, 0),
+        }
+    }
+
+    /// Records the irradiance of a rectangle of texels.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        (tile, rect): (usize, GroupRect),
-        with_lights: bool,
+        tile: &SurfaceTile,
+        rect: GroupRect,
     ) {
-        let (receiver, is_mesh) = scene.receivers.of_tile(tile);
         let push = DirectPush {
             first: rect.first,
-            receiver,
-            triangle: scene
-                .geometry
-                .store
-                .indices(scene.receivers.tiles[tile].object)[0],
-            light_count: if with_lights {
-                scene.lights.scene_count
-            } else {
-                0
-            },
-            has_environment: u32::from(scene.environment.is_present),
-            rotation: scene.environment.rotation,
-            is_mesh: u32::from(is_mesh),
+            surface: tile.tile.object as u32,
+            receiver: tile.mesh_receiver.unwrap_or(0),
+            light_count: scene.lights.scene_count,
+            sky_cell_count: sky_cell_count(scene),
         };
-        recorder.dispatch(&self.pipeline, &push, rect.threads());
+        let pipeline = match tile.is_rect() {
+            true => &self.direct,
+            false => &self.atlas,
+        };
+        recorder.dispatch(pipeline, &push, rect.threads());
     }
+
+    /// Records the irradiance of some points.
+    pub fn record_points(&self, recorder: &mut Recorder, scene: &DeviceScene, points: Range<u32>) {
+        let push = DirectPointsPush {
+            first: points.start,
+            point_count: points.end,
+            light_count: scene.lights.scene_count,
+            sky_cell_count: sky_cell_count(scene),
+        };
+        recorder.dispatch(&self.points, &push, [points.end - points.start, 1, 1]);
+    }
+
+    /// Bytes of the maps.
+    pub fn bytes(&self) -> u64 {
+        let lists = self.sharp_texels.bytes() + self.blocks.bytes() + self.texels.bytes();
+        self.map.bytes() + self.sky.iter().map(Image::bytes).sum::<u64>() + lists
+    }
+}
+
+fn sky_push(tile: &SurfaceTile, rect: GroupRect) -> SkyPush {
+    SkyPush {
+        first: rect.first,
+        surface: tile.tile.object as u32,
+        unused: 0,
+    }
+}
+
+/// Of a point of a mesh.
+fn sky_cell_count(scene: &DeviceScene) -> u32 {
+    POINT_CELLS * u32::from(scene.environment.is_present)
 }

@@ -2,3 +2,5 @@
 
 pub mod camera;
 pub mod direct;
+pub mod frame;
+pub mod work_list;

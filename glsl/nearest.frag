@@ -1,0 +1,4 @@
+// nearest: nothing but the depth.
+#version 460
+
+void main() {}

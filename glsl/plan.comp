@@ -1,0 +1,20 @@
+// plan: the sizes of the dispatches over two work lists.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 1) in;
+layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
+layout(std430, binding = 1) writeonly buffer Arguments { uint arguments[]; };
+layout(push_constant) uniform PlanPush {
+    uint per_group;      // items of a workgroup
+} push;
+
+void main() {
+    for (uint i = 0; i < 2; i++) {
+        uint groups = (counts[i] + push.per_group - 1) / push.per_group;
+        arguments[3 * i] = min(groups, MAX_ROW);
+        arguments[3 * i + 1] = (groups + MAX_ROW - 1) / MAX_ROW;
+        arguments[3 * i + 2] = 1;
+    }
+}

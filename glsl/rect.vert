@@ -1,0 +1,33 @@
+// rect: diffuse rects, with places in their maps.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+TRIANGLES(0)
+OBJECTS(1)
+SURFACES(2)
+layout(std430, binding = 3) readonly buffer DrawnTriangles { uint drawn_triangles[]; };
+layout(location = 0) out vec4 places;             // in the direct map and in the light map, texels
+layout(location = 1) out flat vec4 direct_tile;   // origin and size, texels
+layout(location = 2) out flat vec4 light_tile;    // of size 0: no light map
+layout(location = 3) out flat vec3 albedo;
+
+#include "albedo.glsl"
+#include "camera.glsl"
+#include "planar_receiver.glsl"
+#include "surface.glsl"
+
+invariant gl_Position;
+
+void main() {
+    Triangle triangle = triangle_at(drawn_triangles[push.first + gl_VertexIndex / 3]);
+    vec3 x = corner_of(triangle, gl_VertexIndex % 3);
+    DiffuseSurface surface = surface_at(triangle.object);
+    albedo = albedo_of(object_at(triangle.object));
+    direct_tile = vec4(surface.tile_x, surface.tile_y, surface.width, surface.height);
+    float scale = surface.light_scale > 0 ? 1.0 / float(surface.light_scale) : 0.0;
+    light_tile = vec4(surface.light_x, surface.light_y, direct_tile.zw * scale);
+    places.xy = to_texels(plane_of(surface), x);
+    places.zw = light_tile.xy + (places.xy - direct_tile.xy) * scale;
+    gl_Position = seen_at(x);
+}

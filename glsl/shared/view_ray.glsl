@@ -1,0 +1,22 @@
+// The camera and the part of its picture, as push constants of compute shaders.
+
+layout(push_constant) uniform ViewPush {
+    vec3 eye;
+    uint light_count;
+    vec3 right;          // half the picture's width at distance 1
+    float rotation;      // of the environment, rad
+    vec3 up;             // half the picture's height at distance 1
+    uint side;           // side^2 samples per pixel
+    vec3 forward;        // unit
+    uint capacity;       // of the list of pixels
+    vec2 size;           // of the picture, pixels
+    uvec2 part;          // first pixel that `visible` has
+    uvec2 first;         // list pixels: first pixel of this rectangle; shade: first item, and 1 for the items from the end
+    uvec2 end;           // of the part
+} push;
+
+// Unit direction through a place in the picture, pixels.
+vec3 direction_at(vec2 pixel) {
+    vec2 p = pixel / push.size * 2.0 - 1.0;
+    return normalize(push.forward + p.x * push.right - p.y * push.up);
+}

@@ -1,0 +1,253 @@
+//! The frame of the view: every pass and every barrier, in order, after those of render/frame.rs.
+//!
+//! ```text
+//! sky rays ─► smooth sky ─► sharp sky ─► classify blocks ─► list blocks ─► direct ─► mixed blocks   direct light, where the
+//!          ─► penumbra ─► direct atlas ─► direct points ─► dilate                                               scene changed
+//!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
+//! ```
+
+use crate::error::Result;
+use crate::gpu::{Access, Recorder};
+use crate::render::device_scene::DeviceScene;
+use crate::render::dispatch::{GroupRect, first_groups, group_count};
+use crate::render::frame::{LIGHT_MAP_WRITE, dilate_meshes};
+use crate::render::receivers::dilate::Dilate;
+use crate::render::view::camera::View;
+use crate::render::view::direct::Direct;
+use crate::render::view::work_list::{Items, WorkList};
+use crate::scene::Camera;
+use std::ops::Range;
+
+/// Workgroups of a first submission that lists pixels: 20 ms.
+const LISTED_GROUPS: u64 = 1 << 13;
+/// Units of a workgroup, and of a dispatch.
+const POINT_GROUP: u64 = 64;
+const MAX_POINTS: u64 = POINT_GROUP * 65_535;
+
+/// Computes the direct light of diffuse surfaces.
+pub fn direct_light(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    direct: &Direct,
+    dilate: Option<&Dilate>,
+) -> Result<()> {
+    let next = |r: &mut Recorder| r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+    let tiles = &scene.surfaces.tiles;
+    let rects = || tiles.iter().filter(|tile| tile.is_rect());
+    clear_lists(
+        recorder,
+        &[&direct.sharp_texels, &direct.blocks, &direct.texels],
+    )?;
+    if scene.environment.is_present {
+        let [first, first_sharp] = Direct::sky_rays().map(first_groups);
+        for tile in rects() {
+            each_rect(
+                recorder,
+                "sky rays",
+                tile.sky_threads(),
+                first,
+                |r, rect| {
+                    direct.record_sky_rays(r, tile, rect);
+                    next(r);
+                },
+            )?;
+        }
+        for tile in rects() {
+            each_rect(recorder, "smooth sky", tile.sky_size(), first, |r, rect| {
+                direct.record_smooth_sky(r, tile, rect);
+                next(r);
+            })?;
+        }
+        each_listed(
+            recorder,
+            "sharp sky",
+            &direct.sharp_texels,
+            0,
+            first_sharp,
+            |r, items| {
+                direct.record_sharp_sky(r, scene, items);
+                next(r);
+            },
+        )?;
+    }
+    let first = first_groups(Direct::rays(scene));
+    if scene.lights.scene_count > 0 {
+        let blocks = scene.surfaces.block_count;
+        each_range(recorder, "classify blocks", blocks, first, |r, blocks| {
+            direct.record_classify(r, scene, blocks);
+            next(r);
+        })?;
+        each_range(recorder, "list blocks", blocks, first, |r, blocks| {
+            direct.record_list_blocks(r, scene, blocks);
+            next(r);
+        })?;
+    }
+    for tile in tiles {
+        let pass = if tile.is_rect() {
+            "direct"
+        } else {
+            "direct atlas"
+        };
+        each_rect(recorder, pass, tile.tile.size, first, |r, rect| {
+            direct.record(r, scene, tile, rect);
+            next(r);
+        })?;
+    }
+    each_listed(
+        recorder,
+        "mixed blocks",
+        &direct.blocks,
+        0,
+        first,
+        |r, items| {
+            direct.record_mixed_blocks(r, scene, items);
+            next(r);
+        },
+    )?;
+    each_listed(
+        recorder,
+        "penumbra",
+        &direct.texels,
+        0,
+        first,
+        |r, items| {
+            direct.record_penumbra(r, scene, items);
+            next(r);
+        },
+    )?;
+    let points = scene.surfaces.points.count;
+    each_range(recorder, "direct points", points, first, |r, points| {
+        direct.record_points(r, scene, points);
+        next(r);
+    })?;
+    let meshes = tiles
+        .iter()
+        .filter(|tile| !tile.is_rect())
+        .map(|tile| &tile.tile);
+    dilate_meshes(recorder, meshes, dilate)
+}
+
+/// Computes the camera's picture, part by part.
+pub fn view(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    view: &View,
+    camera: &Camera,
+) -> Result<()> {
+    const MAPS: Access = LIGHT_MAP_WRITE.and(Access::COMPUTE_READ);
+    for part in view.parts() {
+        clear_lists(recorder, &[&view.pixels])?;
+        recorder.pass("draw surfaces", |r| {
+            // The part before this one is shaded from the same images.
+            r.barrier(
+                MAPS,
+                Access::DRAW
+                    .and(Access::FRAGMENT_READ)
+                    .and(Access::VERTEX_READ),
+            );
+            view.record_surfaces(r, scene, camera, part);
+        })?;
+        recorder.pass("visible", |r| {
+            view.record_visible(r, scene, camera, part);
+            r.barrier(Access::DRAW.and(MAPS), Access::COMPUTE);
+        })?;
+        each_rect(recorder, "list pixels", part.1, LISTED_GROUPS, |r, rect| {
+            view.record_list(r, scene, camera, part, rect);
+            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+        })?;
+        for (list, pass) in [(0, "reflections"), (1, "edges")] {
+            let first = first_groups(view.rays(scene, list));
+            each_listed(recorder, pass, &view.pixels, list, first, |r, items| {
+                view.record_shade(r, scene, camera, part, (list, items));
+                r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+            })?;
+            if list == 0 && view.side > 1 {
+                each_listed(
+                    recorder,
+                    "contrast",
+                    &view.pixels,
+                    0,
+                    LISTED_GROUPS,
+                    |r, items| {
+                        view.record_contrast(r, scene, camera, part, items);
+                        r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+                    },
+                )?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Empties work lists.
+fn clear_lists(recorder: &mut Recorder, lists: &[&WorkList]) -> Result<()> {
+    recorder.pass("clear work lists", |r| {
+        r.barrier(
+            Access::COMPUTE.and(Access::INDIRECT_READ),
+            Access::TRANSFER_WRITE,
+        );
+        lists.iter().for_each(|list| r.zero(&list.counts));
+        r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
+    })
+}
+
+/// Records a pass over the items of list `list`. A host's command buffer has one dispatch, whose size the device counts. A
+/// blocking frame reads the number, so that no submission takes long.
+fn each_listed(
+    recorder: &mut Recorder,
+    pass: &'static str,
+    list: &WorkList,
+    index: u32,
+    first: u64,
+    record: impl Fn(&mut Recorder, Items),
+) -> Result<()> {
+    if !recorder.is_ours() {
+        list.record_plan(recorder);
+        recorder.barrier(Access::COMPUTE_WRITE, Access::INDIRECT_READ);
+        record(recorder, Items::All);
+        return Ok(());
+    }
+    recorder.submit()?;
+    let count = list.count(index as usize)?;
+    let per_group = u64::from(list.per_group);
+    let groups = u64::from(count.div_ceil(list.per_group));
+    recorder.tiled(pass, groups, first, |r, done, limit| {
+        let first = (done * per_group) as u32;
+        let items = Items::Range(
+            first,
+            (limit * per_group).min(u64::from(count - first)) as u32,
+        );
+        r.pass(pass, |r| record(r, items))?;
+        Ok(limit)
+    })
+}
+
+/// Records a pass over `total` units, 64 to a workgroup.
+fn each_range(
+    recorder: &mut Recorder,
+    pass: &'static str,
+    total: u32,
+    first: u64,
+    record: impl Fn(&mut Recorder, Range<u32>),
+) -> Result<()> {
+    recorder.tiled(pass, total.into(), POINT_GROUP * first, |r, done, limit| {
+        let limit = limit.min(MAX_POINTS);
+        r.pass(pass, |r| record(r, done as u32..(done + limit) as u32))?;
+        Ok(limit)
+    })
+}
+
+/// Records a pass over rectangles of an image of `size` texels, so that no submission takes long.
+fn each_rect(
+    recorder: &mut Recorder,
+    pass: &'static str,
+    size: [u32; 2],
+    first: u64,
+    record: impl Fn(&mut Recorder, GroupRect),
+) -> Result<()> {
+    recorder.tiled(pass, group_count(size), first, |r, done, limit| {
+        let rect = GroupRect::of(size, done, limit);
+        r.pass(pass, |r| record(r, rect))?;
+        Ok(rect.count())
+    })
+}
