@@ -18,7 +18,7 @@ layout(push_constant) uniform DirectPush {
     uint surface;
     uint receiver;       // of kind ATLAS: index among the mesh receivers
     uint light_count;
-    uint sky_cell_count; // of a point of a mesh; 0: no environment
+    uint sky_cell_count; // 0: no environment
 } push;
 
 #include "trace.glsl"
@@ -33,8 +33,8 @@ layout(push_constant) uniform DirectPush {
 #include "sky.glsl"
 
 // Irradiance of a mesh receiver's texel: the mean over the points of its quarters, which share the rays. The next
-// quarter replaces an empty one.
-vec3 atlas_irradiance(AtlasSamples points) {
+// quarter replaces an empty one. `parity`: which half of the environment's cells the texel has rays to.
+vec3 atlas_irradiance(AtlasSamples points, uint parity) {
     vec3 sum = vec3(0.0);
     for (uint part = 0; part < 4; part++) {
         uint quarter = part;
@@ -53,7 +53,7 @@ vec3 atlas_irradiance(AtlasSamples points) {
                 sum += light.power * ray_irradiance(light, x, n, self, k, POINT_LIGHT_RAYS) / float(POINT_LIGHT_RAYS);
             }
         }
-        sum += sky_irradiance(x, n, self, SKY_CELLS + part, 4, push.sky_cell_count) / 4.0;
+        sum += sky_irradiance(x, n, self, SKY_STEP * part + parity, 4 * SKY_STEP, push.sky_cell_count > 0 ? SKY_CELLS : 0) / 4.0;
     }
     return sum;
 }
@@ -63,6 +63,6 @@ void main() {
     uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= surface.width || texel.y >= surface.height) return;
     MeshReceiver receiver = mesh_receivers[push.receiver];
-    vec3 found = atlas_irradiance(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width]);
+    vec3 found = atlas_irradiance(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width], (texel.x + texel.y) % SKY_STEP);
     imageStore(direct_map, ivec2(texel + uvec2(surface.tile_x, surface.tile_y)), vec4(found, 0.0));
 }

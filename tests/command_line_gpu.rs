@@ -286,7 +286,7 @@ fn profile_has_a_row_for_every_pass() {
         for stage in ["facet flux", "project triangles", "splat triangles"] {
             assert!(passes.contains(&stage), "{passes:?}");
         }
-        assert_eq!(passes.contains(&"shade"), command == "render");
+        assert_eq!(passes.contains(&"draw surfaces"), command == "render");
         let shares = report["passes"].as_array().unwrap().iter();
         let sum: f64 = shares.map(|pass| pass["share"].as_f64().unwrap()).sum();
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");

@@ -95,7 +95,8 @@ impl Direct {
     /// Maximum number of rays of a texel or point.
     pub fn rays(scene: &DeviceScene) -> u64 {
         let of_light = u64::from(LIGHT_RAYS_SIDE * LIGHT_RAYS_SIDE) + 4;
-        let of_sky = u64::from(POINT_CELLS) * u64::from(scene.environment.is_present);
+        let of_sky = u64::from(POINT_CELLS.max(SKY_CELLS / SKY_STEP))
+            * u64::from(scene.environment.is_present);
         of_light * u64::from(scene.lights.scene_count) + of_sky
     }
 
