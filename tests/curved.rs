@@ -271,8 +271,8 @@ fn a_flat_mesh_receives_what_a_rect_does() {
         same("reference", 0.01, &|scene| {
             image(&solve(scene, name, texels, &options(0.005)))
         });
-        // Of 64 rays to the sky one more that meets the ball is 1.6 % of a texel's light.
-        same("direct", 0.005, &|scene| device.direct(scene, name));
+        // Rays go to different cells of the sky: against the view factor of the ball, the rect has 0.9 % and the mesh 1.5 %.
+        same("direct", 0.02, &|scene| device.direct(scene, name));
         if file == "ball.toml" {
             let settings = method(Method::Pinhole, 2048);
             same("pinhole", 0.002, &|scene| {
