@@ -399,8 +399,9 @@ fn numbers_become_prefix_sums() {
         ("totals", Resource::Buffer(&totals)),
         ("unit_totals", Resource::Buffer(&units)),
     ];
-    let [number, scan] = [&shaders::NUMBER_COMP, &shaders::SCAN_COMP]
-        .map(|shader| BoundPipeline::compute(context, shader, Default::default(), &resources).unwrap());
+    let [number, scan] = [&shaders::NUMBER_COMP, &shaders::SCAN_COMP].map(|shader| {
+        BoundPipeline::compute(context, shader, Default::default(), &resources).unwrap()
+    });
     let mut recorder = Recorder::new(context).unwrap();
     let push = NumberPush {
         count: CAPACITY,
