@@ -159,7 +159,11 @@ fn record(
     scene: &Scene,
 ) -> Result<(wgpu::CommandBuffer, MapImage, ReceiverTile)> {
     let direct = false;
-    let frame = Frame { scene, direct };
+    let frame = Frame {
+        scene,
+        direct,
+        view: None,
+    };
     // An encoder of its own: wgpu panics if an encoder has both raw commands and commands of wgpu.
     let mut encoder = host.device.create_command_encoder(&Default::default());
     // SAFETY: the encoder is recording, outside of a render pass. The caller submits it once and in order, and has
