@@ -53,8 +53,10 @@ fn compile_all() -> Result<(), String> {
     let mut layouts = BTreeMap::new();
     let mut messages = String::new();
     for source in &sources {
-        let compiled = (compiler.compile(source))
-            .and_then(|words| describe(source, &words, &mut table, &mut layouts));
+        let compiled = (compiler.compile(source, None)).and_then(|words| {
+            let in_storage = compiler.compile(source, Some(WITHOUT_TEXEL_BUFFERS))?;
+            describe(source, [&words, &in_storage], &mut table, &mut layouts)
+        });
         if let Err(message) = compiled {
             messages += message.trim_end();
             messages.push('\n');
@@ -137,7 +139,7 @@ fn compile_example(compiler: &Compiler) -> Result<(), String> {
         let source = Path::new("examples/embed_ash").join(name);
         if source.exists() {
             println!("cargo::rerun-if-changed={}", source.display());
-            let words = compiler.compile(&source)?;
+            let words = compiler.compile(&source, None)?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             let file = out_dir().join(format!("{name}.spv"));
             std::fs::write(&file, bytes).map_err(|error| format!("{}: {error}", file.display()))?;
@@ -206,7 +208,8 @@ impl Compiler {
         Ok(Self(program))
     }
 
-    fn compile(&self, source: &Path) -> Result<Vec<u32>, String> {
+    /// `macro_` is defined while compiling.
+    fn compile(&self, source: &Path, macro_: Option<&str>) -> Result<Vec<u32>, String> {
         let mut name = source.file_name().expect("a file").to_owned();
         name.push(".spv");
         let output = out_dir().join(name);
@@ -223,6 +226,7 @@ impl Compiler {
                 "-o",
             ])
             .arg(&output)
+            .args(macro_.map(|name| format!("-D{name}")))
             .arg(source)
             .output()
             .map_err(|error| format!("{} does not start: {error}", self.0.display()))?;
@@ -261,7 +265,8 @@ impl Compiler {
             .map_err(|e| e.to_string())
     }
 
-    fn compile(&self, source: &Path) -> Result<Vec<u32>, String> {
+    /// `macro_` is defined while compiling.
+    fn compile(&self, source: &Path, macro_: Option<&str>) -> Result<Vec<u32>, String> {
         use shaderc::{
             CompileOptions, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv,
         };
@@ -277,6 +282,9 @@ impl Compiler {
         options.set_optimization_level(OptimizationLevel::Performance);
         options.set_generate_debug_info();
         options.set_warnings_as_errors();
+        if let Some(name) = macro_ {
+            options.add_macro_definition(name, None);
+        }
         options.set_include_callback(|name, _, _, _| {
             let path = Path::new("glsl/shared").join(name);
             Ok(ResolvedInclude {
@@ -301,13 +309,16 @@ fn constant(source: &Path) -> String {
     file.replace('.', "_").to_uppercase()
 }
 
-/// Appends the table entry of one shader.
+/// Macro of `glsl/shared/texel_buffers.glsl`.
+const WITHOUT_TEXEL_BUFFERS: &str = "WITHOUT_TEXEL_BUFFERS";
+
+/// Appends the table entry of one shader, of its words with and without texel buffers.
 ///
 /// # Errors
 /// Where the words are no SPIR-V.
 fn describe(
     source: &Path,
-    words: &[u32],
+    [words, in_storage]: [&[u32]; 2],
     table: &mut String,
     layouts: &mut Layouts,
 ) -> Result<(), String> {
@@ -384,11 +395,15 @@ fn describe(
             [size(0), size(1), size(2)]
         });
 
+    let in_storage = match bindings.iter().any(|(_, _, kind)| *kind == "TexelBuffer") {
+        true => in_storage,
+        false => &[],
+    };
     let constant = constant(source);
     writeln!(table, "/// `glsl/{file}`").unwrap();
     writeln!(
         table,
-        "pub static {constant}: Shader = Shader {{ name: {file:?}, words: &{words:?}, bindings: &["
+        "pub static {constant}: Shader = Shader {{ name: {file:?}, words: &{words:?}, words_in_storage: &{in_storage:?}, bindings: &["
     )
     .unwrap();
     for (index, name, kind) in bindings {

@@ -1,5 +1,7 @@
 // Buffers of structs that shaders only read, as texel buffers of four words a texel: lavapipe fetches a texel several times
 // as fast as four words of a storage buffer. NAME(slot) declares the buffer at a binding and the function that reads a struct.
+// Some devices (SwiftShader) have texel buffers of 65536 texels only. build.rs compiles every shader for them, too, with the
+// same words in storage buffers.
 
 vec3 floats_of(uvec4 texel) {
     return uintBitsToFloat(texel.xyz);
@@ -9,11 +11,17 @@ float last_of(uvec4 texel) {
     return uintBitsToFloat(texel.w);
 }
 
-// Texel `part` of the struct `index` of `size` texels.
+// TEXELS declares a buffer, TEXEL reads texel `part` of the struct `index` of `size` texels.
+#ifdef WITHOUT_TEXEL_BUFFERS
+#define TEXELS(slot, name) layout(std430, binding = slot) readonly buffer name##_block { uvec4 name[]; };
+#define TEXEL(buffer_, size, index, part) buffer_[(size) * (index) + (part)]
+#else
+#define TEXELS(slot, name) layout(binding = slot) uniform usamplerBuffer name;
 #define TEXEL(buffer_, size, index, part) texelFetch(buffer_, int((size) * (index) + (part)))
+#endif
 
 #define TRIANGLES(slot)                                                                    \
-    layout(binding = slot) uniform usamplerBuffer triangles;                               \
+    TEXELS(slot, triangles)                                                                \
     Triangle triangle_at(uint index) {                                                     \
         uvec4 a = TEXEL(triangles, 3, index, 0);                                           \
         uvec4 b = TEXEL(triangles, 3, index, 1);                                           \
@@ -22,7 +30,7 @@ float last_of(uvec4 texel) {
     }
 
 #define NORMALS(slot)                                                                      \
-    layout(binding = slot) uniform usamplerBuffer normals;                                 \
+    TEXELS(slot, normals)                                                                  \
     Normals normals_at(uint index) {                                                       \
         uvec4 a = TEXEL(normals, 3, index, 0);                                             \
         uvec4 b = TEXEL(normals, 3, index, 1);                                             \
@@ -32,7 +40,7 @@ float last_of(uvec4 texel) {
 
 // The hierarchy: its grid, then its nodes.
 #define NODES(slot)                                                                        \
-    layout(binding = slot) uniform usamplerBuffer nodes;                                   \
+    TEXELS(slot, nodes)                                                                    \
     Grid grid_of_nodes() {                                                                 \
         uvec4 a = TEXEL(nodes, 2, 0, 0);                                                   \
         uvec4 b = TEXEL(nodes, 2, 0, 1);                                                   \
@@ -45,7 +53,7 @@ float last_of(uvec4 texel) {
     }
 
 #define OBJECTS(slot)                                                                      \
-    layout(binding = slot) uniform usamplerBuffer objects;                                 \
+    TEXELS(slot, objects)                                                                  \
     Object object_at(uint index) {                                                         \
         uvec4 a = TEXEL(objects, 3, index, 0);                                             \
         uvec4 b = TEXEL(objects, 3, index, 1);                                             \
@@ -54,7 +62,7 @@ float last_of(uvec4 texel) {
     }
 
 #define LIGHTS(slot)                                                                       \
-    layout(binding = slot) uniform usamplerBuffer lights;                                  \
+    TEXELS(slot, lights)                                                                   \
     Light light_at(uint index) {                                                           \
         uvec4 a = TEXEL(lights, 4, index, 0);                                              \
         uvec4 b = TEXEL(lights, 4, index, 1);                                              \
@@ -65,7 +73,7 @@ float last_of(uvec4 texel) {
     }
 
 #define PLANAR_RECEIVERS(slot)                                                             \
-    layout(binding = slot) uniform usamplerBuffer planar_receivers;                        \
+    TEXELS(slot, planar_receivers)                                                         \
     PlanarReceiver planar_receiver_at(uint index) {                                        \
         uvec4 a = TEXEL(planar_receivers, 4, index, 0);                                    \
         uvec4 b = TEXEL(planar_receivers, 4, index, 1);                                    \
@@ -76,7 +84,7 @@ float last_of(uvec4 texel) {
     }
 
 #define TRIANGLE_SPLATS(slot)                                                              \
-    layout(binding = slot) uniform usamplerBuffer triangle_splats;                         \
+    TEXELS(slot, triangle_splats)                                                          \
     TriangleSplat triangle_splat_at(uint index) {                                          \
         vec4 a = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 0));                     \
         vec4 b = uintBitsToFloat(TEXEL(triangle_splats, 6, index, 1));                     \
@@ -88,7 +96,7 @@ float last_of(uvec4 texel) {
     }
 
 #define FACETS(slot)                                                                       \
-    layout(binding = slot) uniform usamplerBuffer facets;                                  \
+    TEXELS(slot, facets)                                                                   \
     Facet facet_at(uint index) {                                                           \
         uvec4 a = TEXEL(facets, 2, index, 0);                                              \
         uvec4 b = TEXEL(facets, 2, index, 1);                                              \
@@ -97,7 +105,7 @@ float last_of(uvec4 texel) {
 
 // One for each pair of facet and light and each receiver.
 #define FACET_IMAGES(slot)                                                                 \
-    layout(binding = slot) uniform usamplerBuffer facet_images;                            \
+    TEXELS(slot, facet_images)                                                             \
     FacetImage facet_image_at(uint index) {                                                \
         uvec4 a = TEXEL(facet_images, 1, index, 0);                                        \
         return FacetImage(uintBitsToFloat(a.x), a.y, a.z, last_of(a));                     \
@@ -105,7 +113,7 @@ float last_of(uvec4 texel) {
 
 // CLUSTER_STARTS for each patch cluster.
 #define CLUSTER_STARTS_OF(slot)                                                            \
-    layout(binding = slot) uniform usamplerBuffer starts;                                  \
+    TEXELS(slot, starts)                                                                   \
     ClusterStart cluster_start_at(uint index) {                                            \
         uvec4 a = TEXEL(starts, 2, index, 0);                                              \
         uvec4 b = TEXEL(starts, 2, index, 1);                                              \
@@ -113,7 +121,7 @@ float last_of(uvec4 texel) {
     }
 
 #define SURFACES(slot)                                                                     \
-    layout(binding = slot) uniform usamplerBuffer surfaces;                                \
+    TEXELS(slot, surfaces)                                                                 \
     DiffuseSurface surface_at(uint index) {                                                \
         uvec4 a = TEXEL(surfaces, 6, index, 0);                                            \
         uvec4 b = TEXEL(surfaces, 6, index, 1);                                            \
@@ -126,7 +134,7 @@ float last_of(uvec4 texel) {
     }
 
 #define SKY_CELL_BUFFER(slot)                                                              \
-    layout(binding = slot) uniform usamplerBuffer sky_cells;                               \
+    TEXELS(slot, sky_cells)                                                                \
     SkyCell sky_cell_at(uint index) {                                                      \
         uvec4 a = TEXEL(sky_cells, 3, index, 0);                                           \
         uvec4 b = TEXEL(sky_cells, 3, index, 1);                                           \

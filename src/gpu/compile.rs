@@ -168,7 +168,8 @@ struct Module<'a> {
 
 impl<'a> Module<'a> {
     fn new(context: &'a Context, shader: &Shader) -> Result<Self> {
-        let info = vk::ShaderModuleCreateInfo::default().code(shader.words);
+        let info = vk::ShaderModuleCreateInfo::default()
+            .code(shader.words_for(context.has_texel_buffers()));
         // SAFETY: SPIR-V from the compiler; destroyed in Drop.
         let handle = unsafe { context.device.create_shader_module(&info, None) }
             .map_err(device_error("loading a shader"))?;

@@ -138,8 +138,16 @@ impl Context {
     /// Largest buffer that a shader can see, as a storage buffer and as a texel buffer, bytes.
     pub fn max_storage_bytes(&self) -> u64 {
         let limits = &self.properties.limits;
-        u64::from(limits.max_storage_buffer_range)
-            .min(u64::from(limits.max_texel_buffer_elements) * Buffer::TEXEL_BYTES)
+        let storage = u64::from(limits.max_storage_buffer_range);
+        match self.has_texel_buffers() {
+            true => storage.min(u64::from(limits.max_texel_buffer_elements) * Buffer::TEXEL_BYTES),
+            false => storage,
+        }
+    }
+
+    /// Whether shaders read texel buffers: the device has large ones.
+    pub(super) fn has_texel_buffers(&self) -> bool {
+        device::has_texel_buffers(&self.properties.limits)
     }
 
     /// Largest side of an image, texels. Light maps and pictures are drawn into, for which some

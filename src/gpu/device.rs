@@ -159,6 +159,14 @@ fn unsuitable(instance: &Instance, device: vk::PhysicalDevice, version: u32) -> 
         .then(|| "it has no queue for graphics and compute".into())
 }
 
+/// Texels of a large texel buffer: 1 GiB.
+const LARGE_TEXEL_BUFFER: u32 = 1 << 26;
+
+/// Whether the device has large texel buffers. Shaders read storage buffers otherwise.
+pub(super) fn has_texel_buffers(limits: &vk::PhysicalDeviceLimits) -> bool {
+    limits.max_texel_buffer_elements >= LARGE_TEXEL_BUFFER
+}
+
 /// What images of [`Image::FORMAT`] or the limits lack of what `shaders` and their passes use.
 fn lacks(
     image: vk::FormatFeatureFlags,
@@ -184,7 +192,9 @@ fn lacks(
         }
     }
     for shader in shaders {
-        let count = |kind| shader.bindings.iter().filter(|b| b.kind == kind).count() as u32;
+        let has_texel_buffers = has_texel_buffers(limits);
+        let kinds = || (shader.bindings.iter()).map(|b| b.kind.on(has_texel_buffers));
+        let count = |kind| kinds().filter(|k| *k == kind).count() as u32;
         let mut needs = vec![
             (
                 "storage buffers a stage",
@@ -393,6 +403,7 @@ mod tests {
             max_per_stage_descriptor_sampled_images: most(&sampled),
             max_push_constants_size: most(&|s| s.push_bytes),
             max_compute_work_group_invocations: most(&|s| s.local_size.iter().product()),
+            max_texel_buffer_elements: LARGE_TEXEL_BUFFER,
             max_compute_work_group_size: [0, 1, 2].map(|axis| most(&|s| s.local_size[axis])),
             ..Default::default()
         };

@@ -143,7 +143,7 @@ impl BoundPipeline {
         };
         drop(pipelines);
         let name = source.first.name;
-        let (pool, set) = pipeline.descriptor_set(&context.device)?;
+        let (pool, set) = pipeline.descriptor_set(context)?;
         let mut bound = Self {
             context: context.clone(),
             pipeline,
@@ -208,12 +208,13 @@ impl BoundPipeline {
                 Resource::Buffer(buffer) => buffer.keeper(),
                 Resource::Image(image) => image.keeper(),
             });
+            let kind = binding.kind.on(self.context.has_texel_buffers());
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(self.set)
                 .dst_binding(binding.index)
-                .descriptor_type(descriptor_type(binding.kind));
+                .descriptor_type(descriptor_type(kind));
             let (buffers, images, views);
-            let write = match (binding.kind, resource) {
+            let write = match (kind, resource) {
                 (BindingKind::StorageBuffer, Resource::Buffer(buffer)) => {
                     buffers = [vk::DescriptorBufferInfo::default()
                         .buffer(buffer.handle)
@@ -317,7 +318,9 @@ impl Pipeline {
             .map(|binding| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(binding.index)
-                    .descriptor_type(descriptor_type(binding.kind))
+                    .descriptor_type(descriptor_type(
+                        binding.kind.on(context.has_texel_buffers()),
+                    ))
                     .descriptor_count(1)
                     .stage_flags(stages)
             })
@@ -368,16 +371,14 @@ impl Pipeline {
     }
 
     /// A pool with the one set; nulls where the shaders have no bindings.
-    fn descriptor_set(
-        &self,
-        device: &ash::Device,
-    ) -> Result<(vk::DescriptorPool, vk::DescriptorSet)> {
+    fn descriptor_set(&self, context: &Context) -> Result<(vk::DescriptorPool, vk::DescriptorSet)> {
+        let device: &ash::Device = &context.device;
         if self.bindings.is_empty() {
             return Ok(Default::default());
         }
         let sizes: Vec<_> = (self.bindings.iter())
             .map(|binding| vk::DescriptorPoolSize {
-                ty: descriptor_type(binding.kind),
+                ty: descriptor_type(binding.kind.on(context.has_texel_buffers())),
                 descriptor_count: 1,
             })
             .collect();

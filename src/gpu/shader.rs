@@ -5,11 +5,23 @@ pub struct Shader {
     /// File name in `glsl/`.
     pub name: &'static str,
     pub words: &'static [u32],
+    /// The words that read storage buffers in place of texel buffers; empty where `words` read none.
+    pub words_in_storage: &'static [u32],
     /// Bindings of descriptor set 0.
     pub bindings: &'static [Binding],
     pub push_bytes: u32,
     /// Workgroup size of a compute shader, else zeros.
     pub local_size: [u32; 3],
+}
+
+impl Shader {
+    /// The words for a device with or without large texel buffers.
+    pub(super) fn words_for(&self, has_texel_buffers: bool) -> &'static [u32] {
+        match has_texel_buffers || self.words_in_storage.is_empty() {
+            true => self.words,
+            false => self.words_in_storage,
+        }
+    }
 }
 
 /// One binding of a shader.
@@ -27,6 +39,16 @@ pub enum BindingKind {
     SampledImage,
     /// A buffer that shaders fetch four words at a time from.
     TexelBuffer,
+}
+
+impl BindingKind {
+    /// The kind on a device with or without large texel buffers.
+    pub(super) fn on(self, has_texel_buffers: bool) -> Self {
+        match self {
+            Self::TexelBuffer if !has_texel_buffers => Self::StorageBuffer,
+            kind => kind,
+        }
+    }
 }
 
 /// A struct in a buffer, in bytes.
