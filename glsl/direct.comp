@@ -1,5 +1,5 @@
 // direct: direct light of the texels of a rect's tile of the direct map, from lights that light their block as a whole, and
-// from the smooth sky map.
+// from the smooth direct map of the environment.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -8,7 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 LIGHTS(0)
 SURFACES(1)
 layout(std430, binding = 2) readonly buffer Blocks { uint blocks[]; };
-layout(binding = 3) uniform sampler2D sky_map;
+layout(binding = 3) uniform sampler2D environment_direct_map;
 layout(binding = 4, rgba32f) uniform writeonly image2D direct_map;
 layout(constant_id = 4) const bool HAS_ENVIRONMENT = true;
 layout(push_constant) uniform DirectPush {
@@ -16,7 +16,7 @@ layout(push_constant) uniform DirectPush {
     uint surface;
     uint receiver;       // of kind ATLAS: index among the mesh receivers
     uint light_count;
-    uint sky_cell_count; // of a point of a mesh; 0: no environment
+    uint direct_cell_count; // of a point of a mesh; 0: no environment
 } push;
 
 #include "light.glsl"
@@ -41,8 +41,8 @@ void main() {
         sum += is_lit ? light_at(i).power * open_irradiance(disc_at(light_at(i), x), plane.normal) : vec3(0.0);
     }
     if (HAS_ENVIRONMENT) {
-        vec2 at = tile + (vec2(texel) + 0.5) / float(surface.sky_scale);
-        sum += look_up_smooth(sky_map, tile, sky_size(surface), at);
+        vec2 at = tile + (vec2(texel) + 0.5) / float(surface.environment_scale);
+        sum += look_up_smooth(environment_direct_map, tile, environment_size(surface), at);
     }
     imageStore(direct_map, ivec2(tile) + ivec2(texel), vec4(sum, 0.0));
 }

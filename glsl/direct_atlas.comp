@@ -11,14 +11,14 @@ LIGHTS(3)
 SURFACES(4)
 layout(std430, binding = 5) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 6) readonly buffer AtlasSamples_ { AtlasSamples atlas_samples[]; };
-SKY_CELL_BUFFER(7)
+DIRECT_CELLS_OF(7)
 layout(binding = 8, rgba32f) uniform writeonly image2D direct_map;
 layout(push_constant) uniform DirectPush {
     uvec2 first;         // first texel of this rectangle in the surface's tile
     uint surface;
     uint receiver;       // of kind ATLAS: index among the mesh receivers
     uint light_count;
-    uint sky_cell_count; // 0: no environment
+    uint direct_cell_count; // 0: no environment
 } push;
 
 #include "trace.glsl"
@@ -30,7 +30,7 @@ layout(push_constant) uniform DirectPush {
 #include "sampling.glsl"
 #include "open_light.glsl"
 #include "lighting.glsl"
-#include "sky.glsl"
+#include "direct_cells.glsl"
 
 // Irradiance of a mesh receiver's texel: the mean over the points of its quarters, which share the rays. The next
 // quarter replaces an empty one. `parity`: which half of the environment's cells the texel has rays to.
@@ -53,7 +53,7 @@ vec3 atlas_irradiance(AtlasSamples points, uint parity) {
                 sum += light.power * ray_irradiance(light, x, n, self, k, POINT_LIGHT_RAYS) / float(POINT_LIGHT_RAYS);
             }
         }
-        sum += sky_irradiance(x, n, self, SKY_STEP * part + parity, 4 * SKY_STEP, push.sky_cell_count > 0 ? SKY_CELLS : 0) / 4.0;
+        sum += cells_irradiance(x, n, self, DIRECT_CELLS_STEP * part + parity, 4 * DIRECT_CELLS_STEP, push.direct_cell_count > 0 ? DIRECT_CELLS : 0) / 4.0;
     }
     return sum;
 }
@@ -63,6 +63,6 @@ void main() {
     uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= surface.width || texel.y >= surface.height) return;
     MeshReceiver receiver = mesh_receivers[push.receiver];
-    vec3 found = atlas_irradiance(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width], (texel.x + texel.y) % SKY_STEP);
+    vec3 found = atlas_irradiance(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width], (texel.x + texel.y) % DIRECT_CELLS_STEP);
     imageStore(direct_map, ivec2(texel + uvec2(surface.tile_x, surface.tile_y)), vec4(found, 0.0));
 }

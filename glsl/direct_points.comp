@@ -8,14 +8,14 @@ TRIANGLES(0)
 NORMALS(1)
 NODES(2)
 LIGHTS(3)
-SKY_CELL_BUFFER(4)
+DIRECT_CELLS_OF(4)
 layout(std430, binding = 5) readonly buffer SurfacePoints { SurfacePoint surface_points[]; };
 layout(std430, binding = 6) writeonly buffer PointLight { vec4 point_light[]; };
 layout(push_constant) uniform DirectPointsPush {
     uint first;
     uint point_count;
     uint light_count;
-    uint sky_cell_count; // of a point; 0: no environment
+    uint direct_cell_count; // of a point; 0: no environment
 } push;
 
 #include "trace.glsl"
@@ -27,7 +27,7 @@ layout(push_constant) uniform DirectPointsPush {
 #include "open_light.glsl"
 #include "beam.glsl"
 #include "lighting.glsl"
-#include "sky.glsl"
+#include "direct_cells.glsl"
 
 void main() {
     uint index = push.first + gl_GlobalInvocationID.x;
@@ -58,6 +58,6 @@ void main() {
             sum += light.power * ray_irradiance(light, x, n, self, k, POINT_LIGHT_RAYS) / float(POINT_LIGHT_RAYS);
         }
     }
-    sum += sky_irradiance(x, n, self, SKY_CELLS, 1, push.sky_cell_count);
+    sum += cells_irradiance(x, n, self, DIRECT_CELLS, 1, push.direct_cell_count);
     point_light[index] = vec4(sum, 0.0);
 }

@@ -32,8 +32,6 @@ CLUSTER_STARTS_OF(12)
 #include "cluster_light.glsl"
 #include "slots.glsl"
 
-// Variance of a cell's kernel over the cell's variance: SPREAD of src/render/environment/cells.rs.
-const float CELL_SPREAD = 1.3;
 // A footprint that subtends less than this angle, rad, spreads its flux evenly on the plane instead of over directions.
 const float MAX_PLANAR_ANGLE = 0.05;
 

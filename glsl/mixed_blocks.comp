@@ -16,7 +16,7 @@ layout(std430, binding = 6) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 7) readonly buffer Items { uvec2 items[]; };
 layout(std430, binding = 10) buffer TexelCounts { uint texel_counts[]; };
 layout(std430, binding = 11) writeonly buffer Texels { uvec2 texels[]; };
-layout(binding = 8) uniform sampler2D sky_map;
+layout(binding = 8) uniform sampler2D environment_direct_map;
 layout(binding = 9, rgba32f) uniform writeonly image2D direct_map;
 layout(constant_id = 4) const bool HAS_ENVIRONMENT = true;
 layout(push_constant) uniform ListedPush {
@@ -60,8 +60,8 @@ void main() {
         else if (shade != IS_DARK) mixed |= 1u << i;
     }
     if (HAS_ENVIRONMENT) {
-        vec2 at = tile + (vec2(texel) + 0.5) / float(surface.sky_scale);
-        sum += look_up_smooth(sky_map, tile, sky_size(surface), at);
+        vec2 at = tile + (vec2(texel) + 0.5) / float(surface.environment_scale);
+        sum += look_up_smooth(environment_direct_map, tile, environment_size(surface), at);
     }
     imageStore(direct_map, ivec2(place), vec4(sum, float(mixed)));
     if (mixed != 0) texels[atomicAdd(texel_counts[0], 1)] = uvec2(uint(place.x) | uint(place.y) << 16, object);

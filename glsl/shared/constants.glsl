@@ -58,6 +58,9 @@ const float IS_KERNEL = -1.0;
 const uint MAX_PATCH_DIVISION = 1024;
 const uint MAX_IMAGE_DIVISION = 32;
 
+// Variance of the kernel of an environment cell over the cell's variance.
+const float CELL_SPREAD = 1.3;
+
 // Maximum number of samples along the filter of an environment, of pinhole.comp.
 const int MAX_TAPS = 16;
 
@@ -86,11 +89,11 @@ const uint IS_MIXED = 2;
 // Workgroups in a row of a dispatch over a list.
 const uint MAX_ROW = 65535;
 
-// Environment cells that a texel has rays to: every cell is that of one of SKY_SIDE^2 neighbouring texels.
-const uint SKY_CELLS = 256;
-const uint SKY_SIDE = 4;
+// Environment cells that a texel has rays to: every cell is that of one of DIRECT_CELLS_SIDE^2 neighbouring texels.
+const uint DIRECT_CELLS = 256;
+const uint DIRECT_CELLS_SIDE = 4;
 // Texels whose neighbours do not stand for them have rays to one of so many cells.
-const uint SKY_STEP = 2;
+const uint DIRECT_CELLS_STEP = 2;
 
 // Of the number of a visible triangle: it is seen by rays, since it reflects or refracts.
 const uint BY_RAYS = 0x40000000u;

@@ -89,7 +89,7 @@ struct DiffuseSurface {
     uint light_scale; // rect: texels of the direct map along a side of a texel of the light map; 0: no light map
     uint light_x;    // tile of the light map
     uint light_y;
-    uint sky_scale;  // rect: texels of the direct map along a side of a texel of the sky map, whose tile has the same origin
+    uint environment_scale;  // rect: texels of the direct map along a side of a texel of the direct map of the environment, whose tile has the same origin
     uint first_block; // rect: of its blocks, row by row
     uint triangle;   // rect: one of its triangles
     uint unused;
@@ -113,7 +113,7 @@ struct SurfacePoint {
 };
 
 // A cell of the environment as a source of direct light.
-struct SkyCell {
+struct DirectCell {
     vec3 mean;       // of the cell's directions, weighted by flux: at most 1 long
     float unused0;
     vec3 power;      // irradiance of a plane that faces the cell, W/m^2

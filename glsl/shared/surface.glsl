@@ -18,9 +18,9 @@ uvec2 place_of_block(DiffuseSurface surface, uint index) {
     return uvec2(local % across, local / across);
 }
 
-// Size of a rect's tile of the sky map.
-vec2 sky_size(DiffuseSurface surface) {
-    return vec2((uvec2(surface.width, surface.height) + surface.sky_scale - 1) / surface.sky_scale);
+// Size of a rect's tile of the direct map of the environment.
+vec2 environment_size(DiffuseSurface surface) {
+    return vec2((uvec2(surface.width, surface.height) + surface.environment_scale - 1) / surface.environment_scale);
 }
 
 // The point on the smooth surface that a triangle approximates: x is projected onto each corner's tangent plane where

@@ -133,12 +133,12 @@ float last_of(uvec4 texel) {
             floats_of(d), d.w, e.x, e.y, e.z, e.w, f.x, f.y, f.z, f.w);                    \
     }
 
-#define SKY_CELL_BUFFER(slot)                                                              \
-    TEXELS(slot, sky_cells)                                                                \
-    SkyCell sky_cell_at(uint index) {                                                      \
-        uvec4 a = TEXEL(sky_cells, 3, index, 0);                                           \
-        uvec4 b = TEXEL(sky_cells, 3, index, 1);                                           \
-        uvec4 c = TEXEL(sky_cells, 3, index, 2);                                           \
-        return SkyCell(floats_of(a), last_of(a), floats_of(b), last_of(b),                 \
+#define DIRECT_CELLS_OF(slot)                                                              \
+    TEXELS(slot, direct_cells)                                                                \
+    DirectCell direct_cell_at(uint index) {                                                      \
+        uvec4 a = TEXEL(direct_cells, 3, index, 0);                                           \
+        uvec4 b = TEXEL(direct_cells, 3, index, 1);                                           \
+        uvec4 c = TEXEL(direct_cells, 3, index, 2);                                           \
+        return DirectCell(floats_of(a), last_of(a), floats_of(b), last_of(b),                 \
             floats_of(c), last_of(c));                                                     \
     }

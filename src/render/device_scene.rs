@@ -231,7 +231,10 @@ impl DeviceScene {
                 Resource::Buffer(&self.surfaces.points.of_triangles),
             ),
             ("point_light", Resource::Buffer(&self.surfaces.points.light)),
-            ("sky_cells", Resource::Buffer(&self.environment.sky.buffer)),
+            (
+                "direct_cells",
+                Resource::Buffer(&self.environment.direct_cells.buffer),
+            ),
             ("lit_triangles", Resource::Buffer(&self.casters.lit)),
             ("profiles", Resource::Buffer(&self.profiles)),
             ("environment", Resource::Image(&self.environment.image)),

@@ -43,11 +43,11 @@ mirrors! {
     DiffuseSurface {
         origin: Vec3, kind: u32, edge_u: Vec3, tile_x: u32, edge_v: Vec3, tile_y: u32, normal: Vec3, width: u32,
         height: u32, light_scale: u32, light_x: u32, light_y: u32,
-        sky_scale: u32, first_block: u32, triangle: u32, unused: u32,
+        environment_scale: u32, first_block: u32, triangle: u32, unused: u32,
     }
     TrianglePoints { first: u32, second: u32, third: u32, division: u32, }
     SurfacePoint { triangle: u32, weights: u32, radius: f32, }
-    SkyCell { mean: Vec3, unused0: f32, power: Vec3, unused1: f32, direction: Vec3, unused2: f32, }
+    DirectCell { mean: Vec3, unused0: f32, power: Vec3, unused1: f32, direction: Vec3, unused2: f32, }
     MeshReceiver {
         tile_x: u32, tile_y: u32, width: u32, height: u32,
         first_texel: u32, first_node: u32, levels: u32, unused: u32,
@@ -130,9 +130,9 @@ mirrors! {
     ClassifyPush { first: u32, block_count: u32, light_count: u32, }
     ListedPush { first: u32, light_count: u32, }
     PlanPush { per_group: u32, }
-    SkyPush { first: UVec2, surface: u32, unused: u32, }
-    DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, sky_cell_count: u32, }
-    DirectPointsPush { first: u32, point_count: u32, light_count: u32, sky_cell_count: u32, }
+    DirectEnvironmentPush { first: UVec2, surface: u32, unused: u32, }
+    DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, direct_cell_count: u32, }
+    DirectPointsPush { first: u32, point_count: u32, light_count: u32, direct_cell_count: u32, }
     CameraPush {
         eye: Vec3, near: f32, right: Vec3, first: u32, up: Vec3, light_count: u32, forward: Vec3, rotation: f32,
         size: Vec2, part: Vec2,
@@ -183,7 +183,7 @@ mod tests {
         "Facet",
         "ClusterStart",
         "DiffuseSurface",
-        "SkyCell",
+        "DirectCell",
     ];
 
     /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.

@@ -51,7 +51,7 @@ impl EnvironmentCell {
     }
 
     /// The cell as a source of direct light. The shadow ray goes to `place`, from −1 to 1 across and up.
-    pub fn sky_cell(&self, scale: f32, rotation: f32, place: [f64; 2]) -> gpu_types::SkyCell {
+    pub fn direct_cell(&self, scale: f32, rotation: f32, place: [f64; 2]) -> gpu_types::DirectCell {
         let toward = |azimuth: f64, sine: f64, cosine: f64| {
             let azimuth = azimuth + f64::from(rotation);
             DVec3::new(cosine * azimuth.sin(), sine, -cosine * azimuth.cos()).as_vec3()
@@ -65,7 +65,7 @@ impl EnvironmentCell {
         let [low, high] = [-1.0, 1.0].map(|side| self.sine + side * self.half_sine);
         let up = (cosine(low) + 4.0 * cosine(self.sine) + cosine(high)) / 6.0;
         let sine = self.sine + place[1] * self.half_sine;
-        gpu_types::SkyCell {
+        gpu_types::DirectCell {
             mean: toward(self.azimuth, self.sine, across * up),
             power: scale * self.irradiance.as_vec3(),
             direction: toward(

@@ -2,9 +2,9 @@
 
 use crate::error::Result;
 use crate::gpu::{Context, Image, Sampling, Staging};
+use crate::render::environment::direct_cells::DirectCells;
 use crate::render::environment::mips::mip_chain;
 use crate::render::environment::pairs::CellPatchPairs;
-use crate::render::environment::sky::Sky;
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::Light;
 use crate::render::lights::{EnvironmentLight, LightGroup};
@@ -20,7 +20,7 @@ pub struct DeviceEnvironment {
     /// Pairs of cell and patch cluster, for footprints.
     pub pairs: Option<CellPatchPairs>,
     /// Cells for direct light.
-    pub sky: Sky,
+    pub direct_cells: DirectCells,
 }
 
 /// The changes that other parts of the scene depend on.
@@ -51,7 +51,7 @@ impl DeviceEnvironment {
             is_present: light.is_some(),
             rotation: 0.0,
             pairs: None,
-            sky: Sky::new(context)?,
+            direct_cells: DirectCells::new(context)?,
         })
     }
 
@@ -89,7 +89,8 @@ impl DeviceEnvironment {
         let has_changed = before
             .is_none_or(|before| before.scale != light.scale || before.rotation != light.rotation);
         if changed.is_another || has_changed {
-            self.sky.update(staging, &light, changed.is_another)?;
+            self.direct_cells
+                .update(staging, &light, changed.is_another)?;
         }
         let lights_by_clusters = settings.method == Method::Footprint
             && scene

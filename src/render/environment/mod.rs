@@ -3,6 +3,6 @@
 pub mod cell;
 pub mod cells;
 pub mod device;
+pub mod direct_cells;
 pub mod mips;
 pub mod pairs;
-pub mod sky;

@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::DiffuseSurface;
 use crate::render::gpu_types::constants::{
-    ATLAS, BLOCK, LIGHTS_PER_WORD, NO_SURFACE, PLANE, POINTS, SKY_SIDE,
+    ATLAS, BLOCK, DIRECT_CELLS_SIDE, LIGHTS_PER_WORD, NO_SURFACE, PLANE, POINTS,
 };
 use crate::render::receivers::light_maps::{DeviceReceivers, pack_tiles};
 use crate::render::receivers::points::MeshPoints;
@@ -19,11 +19,11 @@ const MAX_SIDE: u32 = 1024;
 /// The same for a rect without a light map.
 const MAX_SIDE_UNMAPPED: u32 = 512;
 /// Texels of a texel of the light map along a side, where only the environment shines: its shadows are soft.
-const MAX_SCALE_UNDER_SKY: u32 = 2;
+const MAX_SCALE_UNDER_ENVIRONMENT: u32 = 2;
 /// Texels of all rects, unless their light maps have more.
 const MAX_TEXELS: u64 = 1 << 21;
-/// Texels on the longer side of a tile of the sky map.
-const MAX_SKY_SIDE: u32 = 256;
+/// Texels on the longer side of a tile of the direct map of the environment.
+const MAX_ENVIRONMENT_SIDE: u32 = 256;
 
 /// A tile of the direct map.
 pub struct SurfaceTile {
@@ -32,7 +32,7 @@ pub struct SurfaceTile {
     pub mesh_receiver: Option<u32>,
     /// Texels along a side of a texel of the light map; 0 without a light map.
     pub light_scale: u32,
-    pub sky_scale: u32,
+    pub environment_scale: u32,
     first_block: u32,
 }
 
@@ -46,18 +46,20 @@ impl SurfaceTile {
         self.tile.size.map(|side| side.div_ceil(BLOCK))
     }
 
-    /// Threads of the rays of the sky map: a workgroup has 32 × 2 texels.
-    pub fn sky_threads(&self) -> [u32; 2] {
-        let [width, height] = self.sky_size();
+    /// Threads of the rays of the direct map of the environment: a workgroup has 32 × 2 texels.
+    pub fn environment_threads(&self) -> [u32; 2] {
+        let [width, height] = self.environment_size();
         [
-            width.div_ceil(8 * SKY_SIDE) * 8,
-            height.div_ceil(8 / SKY_SIDE) * 8,
+            width.div_ceil(8 * DIRECT_CELLS_SIDE) * 8,
+            height.div_ceil(8 / DIRECT_CELLS_SIDE) * 8,
         ]
     }
 
-    /// Size of the tile of the sky map, texels.
-    pub fn sky_size(&self) -> [u32; 2] {
-        self.tile.size.map(|side| side.div_ceil(self.sky_scale))
+    /// Size of the tile of the direct map of the environment, texels.
+    pub fn environment_size(&self) -> [u32; 2] {
+        self.tile
+            .size
+            .map(|side| side.div_ceil(self.environment_scale))
     }
 }
 
@@ -92,7 +94,8 @@ impl DeviceSurfaces {
     ) -> Result<Self> {
         let (mut tiles, mut first_block) = (Vec::new(), 0);
         for (object, scale, size) in rect_sizes(scene) {
-            let sky_scale = (size[0].max(size[1]).div_ceil(MAX_SKY_SIDE)).next_power_of_two();
+            let environment_scale =
+                (size[0].max(size[1]).div_ceil(MAX_ENVIRONMENT_SIDE)).next_power_of_two();
             let tile = SurfaceTile {
                 tile: Tile {
                     object,
@@ -101,7 +104,7 @@ impl DeviceSurfaces {
                 },
                 mesh_receiver: None,
                 light_scale: scale,
-                sky_scale,
+                environment_scale,
                 first_block,
             };
             first_block += tile.blocks().iter().product::<u32>();
@@ -112,7 +115,7 @@ impl DeviceSurfaces {
                 tile: *tile,
                 mesh_receiver: Some(index),
                 light_scale: 1,
-                sky_scale: 1,
+                environment_scale: 1,
                 first_block: 0,
             });
         }
@@ -171,7 +174,7 @@ impl DeviceSurfaces {
                 light_scale: tile.light_scale,
                 light_x,
                 light_y,
-                sky_scale: tile.sky_scale,
+                environment_scale: tile.environment_scale,
                 first_block: tile.first_block,
                 triangle: store.indices(object)[0],
                 ..Default::default()
@@ -286,7 +289,7 @@ fn rect_sizes(scene: &Scene) -> Vec<(usize, u32, [u32; 2])> {
             Some(size) => {
                 let most = match has_lights {
                     true => MAX_SIDE,
-                    false => MAX_SCALE_UNDER_SKY * size[0].max(size[1]),
+                    false => MAX_SCALE_UNDER_ENVIRONMENT * size[0].max(size[1]),
                 };
                 let scale = 1 << (most.min(MAX_SIDE) / size[0].max(size[1])).max(1).ilog2();
                 (index, scale, size.map(|side| scale * side))
@@ -315,7 +318,7 @@ fn rect_sizes(scene: &Scene) -> Vec<(usize, u32, [u32; 2])> {
 fn size_of_unmapped(rect: &Rect, has_lights: bool) -> [u32; 2] {
     let most = match has_lights {
         true => MAX_SIDE_UNMAPPED,
-        false => MAX_SKY_SIDE,
+        false => MAX_ENVIRONMENT_SIDE,
     };
     let sides = [rect.edge_u, rect.edge_v].map(|edge| edge.length());
     let longest = sides[0].max(sides[1]);

@@ -4,18 +4,22 @@ use crate::error::Result;
 use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, Sampling, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
-use crate::render::environment::sky::POINT_CELLS;
-use crate::render::gpu_types::constants::{BLOCK, LIGHT_RAYS_SIDE, SKY_CELLS, SKY_SIDE, SKY_STEP};
-use crate::render::gpu_types::{ClassifyPush, DirectPointsPush, DirectPush, ListedPush, SkyPush};
+use crate::render::environment::direct_cells::POINT_CELLS;
+use crate::render::gpu_types::constants::{
+    BLOCK, DIRECT_CELLS, DIRECT_CELLS_SIDE, DIRECT_CELLS_STEP, LIGHT_RAYS_SIDE,
+};
+use crate::render::gpu_types::{
+    ClassifyPush, DirectEnvironmentPush, DirectPointsPush, DirectPush, ListedPush,
+};
 use crate::render::receivers::surfaces::SurfaceTile;
 use crate::render::view::work_list::{Items, WorkList};
 use std::ops::Range;
 use std::sync::Arc;
 
 pub struct Direct {
-    sky_rays: BoundPipeline,
-    smooth_sky: BoundPipeline,
-    sharp_sky: BoundPipeline,
+    environment_rays: BoundPipeline,
+    smooth_environment: BoundPipeline,
+    sharp_environment: BoundPipeline,
     classify: BoundPipeline,
     list_blocks: BoundPipeline,
     direct: BoundPipeline,
@@ -26,8 +30,8 @@ pub struct Direct {
     /// Irradiance of all rects and of the meshes with light maps, W/m².
     pub map: Image,
     /// Irradiance from the environment, by the rays of each texel, and smooth; of one texel without an environment.
-    pub sky: [Image; 2],
-    /// Texels of the sky map that need rays of their own.
+    pub environment: [Image; 2],
+    /// Texels of the direct map of the environment that need rays of their own.
     pub sharp_texels: WorkList,
     /// Blocks that a light lights in part.
     pub blocks: WorkList,
@@ -40,7 +44,7 @@ impl Direct {
     /// [`crate::Error::Device`] where the device fails.
     pub fn new(context: &Arc<Context>, scene: &mut DeviceScene) -> Result<Self> {
         let size = scene.surfaces.image_size;
-        let sky_size = match scene.environment.is_present {
+        let environment_size = match scene.environment.is_present {
             true => size,
             false => [1, 1],
         };
@@ -50,15 +54,28 @@ impl Direct {
             Ok::<_, crate::Error>(image)
         };
         let map = image("direct map", size)?;
-        let sky = [image("sky rays", sky_size)?, image("sky map", sky_size)?];
-        let [rays, smooth] = [0, 1].map(|i| (["sky_rays", "sky_map"][i], Resource::Image(&sky[i])));
+        let environment = [
+            image("environment rays", environment_size)?,
+            image("environment direct map", environment_size)?,
+        ];
+        let [rays, smooth] = [0, 1].map(|i| {
+            (
+                ["environment_rays", "environment_direct_map"][i],
+                Resource::Image(&environment[i]),
+            )
+        });
         let direct_map = ("direct_map", Resource::Image(&map));
         let bind = |shader, own: &[&[_]]| scene.compute(context, shader, &own.concat());
-        let sky_texels: u64 = (scene.surfaces.tiles.iter())
+        let environment_texels: u64 = (scene.surfaces.tiles.iter())
             .filter(|tile| scene.environment.is_present && tile.is_rect())
-            .map(|tile| tile.sky_size().map(u64::from).iter().product::<u64>())
+            .map(|tile| {
+                tile.environment_size()
+                    .map(u64::from)
+                    .iter()
+                    .product::<u64>()
+            })
             .sum();
-        let sharp_texels = WorkList::new(context, scene, sky_texels, 8, 64)?;
+        let sharp_texels = WorkList::new(context, scene, environment_texels, 8, 64)?;
         let blocks = WorkList::new(context, scene, scene.surfaces.block_count.into(), 8, 1)?;
         let lit_texels = match scene.lights.scene_count {
             0 => 0,
@@ -71,9 +88,12 @@ impl Direct {
         ];
         let [texel_list, block_list] = [&sharp_texels, &blocks].map(|list| list.resources("items"));
         Ok(Self {
-            sky_rays: bind(&shaders::SKY_COMP, &[&[rays]])?,
-            smooth_sky: bind(&shaders::SMOOTH_SKY_COMP, &[&[rays, smooth], &texel_list])?,
-            sharp_sky: bind(&shaders::SHARP_SKY_COMP, &[&[smooth], &texel_list])?,
+            environment_rays: bind(&shaders::ENVIRONMENT_RAYS_COMP, &[&[rays]])?,
+            smooth_environment: bind(
+                &shaders::SMOOTH_ENVIRONMENT_COMP,
+                &[&[rays, smooth], &texel_list],
+            )?,
+            sharp_environment: bind(&shaders::SHARP_ENVIRONMENT_COMP, &[&[smooth], &texel_list])?,
             classify: bind(&shaders::CLASSIFY_COMP, &[])?,
             list_blocks: bind(&shaders::LIST_BLOCKS_COMP, &[&block_list])?,
             direct: bind(&shaders::DIRECT_COMP, &[&[smooth, direct_map]])?,
@@ -85,7 +105,7 @@ impl Direct {
             atlas: bind(&shaders::DIRECT_ATLAS_COMP, &[&[direct_map]])?,
             points: bind(&shaders::DIRECT_POINTS_COMP, &[])?,
             map,
-            sky,
+            environment,
             sharp_texels,
             blocks,
             texels,
@@ -95,29 +115,62 @@ impl Direct {
     /// Maximum number of rays of a texel or point.
     pub fn rays(scene: &DeviceScene) -> u64 {
         let of_light = u64::from(LIGHT_RAYS_SIDE * LIGHT_RAYS_SIDE) + 4;
-        let of_sky = u64::from(POINT_CELLS.max(SKY_CELLS / SKY_STEP))
+        let of_environment = u64::from(POINT_CELLS.max(DIRECT_CELLS / DIRECT_CELLS_STEP))
             * u64::from(scene.environment.is_present);
-        of_light * u64::from(scene.lights.scene_count) + of_sky
+        of_light * u64::from(scene.lights.scene_count) + of_environment
     }
 
-    /// Number of rays of a texel of the sky map, and of one that needs rays of its own.
-    pub fn sky_rays() -> [u64; 2] {
-        [SKY_CELLS / (SKY_SIDE * SKY_SIDE), SKY_CELLS / SKY_STEP].map(u64::from)
+    /// Number of rays of a texel of the direct map of the environment, and of one that needs rays of its own.
+    pub fn environment_rays() -> [u64; 2] {
+        [
+            DIRECT_CELLS / (DIRECT_CELLS_SIDE * DIRECT_CELLS_SIDE),
+            DIRECT_CELLS / DIRECT_CELLS_STEP,
+        ]
+        .map(u64::from)
     }
 
-    /// Records the rays of a rectangle of a tile of the sky map.
-    pub fn record_sky_rays(&self, recorder: &mut Recorder, tile: &SurfaceTile, rect: GroupRect) {
-        recorder.dispatch(&self.sky_rays, &sky_push(tile, rect), rect.threads());
+    /// Records the rays of a rectangle of a tile of the direct map of the environment.
+    pub fn record_environment_rays(
+        &self,
+        recorder: &mut Recorder,
+        tile: &SurfaceTile,
+        rect: GroupRect,
+    ) {
+        recorder.dispatch(
+            &self.environment_rays,
+            &direct_environment_push(tile, rect),
+            rect.threads(),
+        );
     }
 
     /// Records the smooth copy of the rectangle.
-    pub fn record_smooth_sky(&self, recorder: &mut Recorder, tile: &SurfaceTile, rect: GroupRect) {
-        recorder.dispatch(&self.smooth_sky, &sky_push(tile, rect), rect.threads());
+    pub fn record_smooth_environment(
+        &self,
+        recorder: &mut Recorder,
+        tile: &SurfaceTile,
+        rect: GroupRect,
+    ) {
+        recorder.dispatch(
+            &self.smooth_environment,
+            &direct_environment_push(tile, rect),
+            rect.threads(),
+        );
     }
 
-    /// Records texels of the sky map with rays of their own.
-    pub fn record_sharp_sky(&self, recorder: &mut Recorder, scene: &DeviceScene, items: Items) {
-        self.record_listed(recorder, &self.sharp_sky, &self.sharp_texels, scene, items);
+    /// Records texels of the direct map of the environment with rays of their own.
+    pub fn record_sharp_environment(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        items: Items,
+    ) {
+        self.record_listed(
+            recorder,
+            &self.sharp_environment,
+            &self.sharp_texels,
+            scene,
+            items,
+        );
     }
 
     /// Records the classes of blocks.
@@ -198,7 +251,7 @@ impl Direct {
             surface: tile.tile.object as u32,
             receiver: tile.mesh_receiver.unwrap_or(0),
             light_count: scene.lights.scene_count,
-            sky_cell_count: sky_cell_count(scene),
+            direct_cell_count: direct_cell_count(scene),
         };
         let pipeline = match tile.is_rect() {
             true => &self.direct,
@@ -213,7 +266,7 @@ impl Direct {
             first: points.start,
             point_count: points.end,
             light_count: scene.lights.scene_count,
-            sky_cell_count: sky_cell_count(scene),
+            direct_cell_count: direct_cell_count(scene),
         };
         recorder.dispatch(&self.points, &push, [points.end - points.start, 1, 1]);
     }
@@ -221,12 +274,12 @@ impl Direct {
     /// Bytes of the maps.
     pub fn bytes(&self) -> u64 {
         let lists = self.sharp_texels.bytes() + self.blocks.bytes() + self.texels.bytes();
-        self.map.bytes() + self.sky.iter().map(Image::bytes).sum::<u64>() + lists
+        self.map.bytes() + self.environment.iter().map(Image::bytes).sum::<u64>() + lists
     }
 }
 
-fn sky_push(tile: &SurfaceTile, rect: GroupRect) -> SkyPush {
-    SkyPush {
+fn direct_environment_push(tile: &SurfaceTile, rect: GroupRect) -> DirectEnvironmentPush {
+    DirectEnvironmentPush {
         first: rect.first,
         surface: tile.tile.object as u32,
         unused: 0,
@@ -234,6 +287,6 @@ fn sky_push(tile: &SurfaceTile, rect: GroupRect) -> SkyPush {
 }
 
 /// Of a point of a mesh.
-fn sky_cell_count(scene: &DeviceScene) -> u32 {
+fn direct_cell_count(scene: &DeviceScene) -> u32 {
     POINT_CELLS * u32::from(scene.environment.is_present)
 }

@@ -1,8 +1,9 @@
 //! The frame of the view: every pass and every barrier, in order, after those of render/frame.rs.
 //!
 //! ```text
-//! sky rays ─► smooth sky ─► sharp sky ─► classify blocks ─► list blocks ─► direct ─► mixed blocks   direct light, where the
-//!          ─► penumbra ─► direct atlas ─► direct points ─► dilate                                               scene changed
+//! environment rays ─► smooth environment ─► sharp environment                         direct light, where the scene changed
+//!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► penumbra
+//!          ─► direct atlas ─► direct points ─► dilate
 //!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
 //! ```
 
@@ -39,33 +40,39 @@ pub fn direct_light(
         &[&direct.sharp_texels, &direct.blocks, &direct.texels],
     )?;
     if scene.environment.is_present {
-        let [first, first_sharp] = Direct::sky_rays().map(first_groups);
+        let [first, first_sharp] = Direct::environment_rays().map(first_groups);
         for tile in rects() {
             each_rect(
                 recorder,
-                "sky rays",
-                tile.sky_threads(),
+                "environment rays",
+                tile.environment_threads(),
                 first,
                 |r, rect| {
-                    direct.record_sky_rays(r, tile, rect);
+                    direct.record_environment_rays(r, tile, rect);
                     next(r);
                 },
             )?;
         }
         for tile in rects() {
-            each_rect(recorder, "smooth sky", tile.sky_size(), first, |r, rect| {
-                direct.record_smooth_sky(r, tile, rect);
-                next(r);
-            })?;
+            each_rect(
+                recorder,
+                "smooth environment",
+                tile.environment_size(),
+                first,
+                |r, rect| {
+                    direct.record_smooth_environment(r, tile, rect);
+                    next(r);
+                },
+            )?;
         }
         each_listed(
             recorder,
-            "sharp sky",
+            "sharp environment",
             &direct.sharp_texels,
             0,
             first_sharp,
             |r, items| {
-                direct.record_sharp_sky(r, scene, items);
+                direct.record_sharp_environment(r, scene, items);
                 next(r);
             },
         )?;

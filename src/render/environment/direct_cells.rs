@@ -4,27 +4,27 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::environment::cell::EnvironmentCell;
 use crate::render::environment::cells::divide_by_flux;
-use crate::render::gpu_types::SkyCell;
-use crate::render::gpu_types::constants::{SKY_CELLS, SKY_SIDE};
+use crate::render::gpu_types::DirectCell;
+use crate::render::gpu_types::constants::{DIRECT_CELLS, DIRECT_CELLS_SIDE};
 use crate::render::lights::EnvironmentLight;
 use std::sync::Arc;
 
 /// Cells for points of meshes, each of which has rays to all of them.
 pub const POINT_CELLS: u32 = 64;
 
-pub struct Sky {
-    /// [`SKY_CELLS`] cells, then [`POINT_CELLS`] others.
+pub struct DirectCells {
+    /// [`DIRECT_CELLS`] cells, then [`POINT_CELLS`] others.
     pub buffer: Buffer,
     cells: [Vec<EnvironmentCell>; 2],
 }
 
-impl Sky {
+impl DirectCells {
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.
     pub fn new(context: &Arc<Context>) -> Result<Self> {
-        let bytes = size_of::<SkyCell>() as u64 * u64::from(SKY_CELLS + POINT_CELLS);
+        let bytes = size_of::<DirectCell>() as u64 * u64::from(DIRECT_CELLS + POINT_CELLS);
         Ok(Self {
-            buffer: Buffer::new(context, "sky cells", bytes)?,
+            buffer: Buffer::new(context, "direct cells", bytes)?,
             cells: Default::default(),
         })
     }
@@ -40,28 +40,28 @@ impl Sky {
         is_another: bool,
     ) -> Result<()> {
         if is_another {
-            let counts = [SKY_CELLS, POINT_CELLS].map(|count| count as usize);
+            let counts = [DIRECT_CELLS, POINT_CELLS].map(|count| count as usize);
             self.cells = divide_by_flux(light.map, counts);
         }
         let mut all = Vec::new();
-        for (cells, count) in self.cells.iter().zip([SKY_CELLS, POINT_CELLS]) {
+        for (cells, count) in self.cells.iter().zip([DIRECT_CELLS, POINT_CELLS]) {
             let first = all.len();
             all.extend((0u32..).zip(cells).map(|(index, cell)| {
-                cell.sky_cell(light.scale, light.rotation, place_in_cell(index))
+                cell.direct_cell(light.scale, light.rotation, place_in_cell(index))
             }));
             // What is missing is dark.
-            all.resize(first + count as usize, SkyCell::default());
+            all.resize(first + count as usize, DirectCell::default());
         }
         staging.write(&self.buffer, 0, &all)
     }
 }
 
 /// Place of the shadow ray of a cell, from −1 to 1 across and up. Rays to the centres would be in rows, and edges along these
-/// would cast shadows with steps. Cells of a texel are [`SKY_SIDE`]² apart; so that their places differ, these are numbered
+/// would cast shadows with steps. Cells of a texel are [`DIRECT_CELLS_SIDE`]² apart; so that their places differ, these are numbered
 /// texel by texel. The sequence R2 of Roberts (2018).
 fn place_in_cell(index: u32) -> [f64; 2] {
-    let subsets = SKY_SIDE * SKY_SIDE;
-    let number = index % subsets * (SKY_CELLS / subsets) + index / subsets;
+    let subsets = DIRECT_CELLS_SIDE * DIRECT_CELLS_SIDE;
+    let number = index % subsets * (DIRECT_CELLS / subsets) + index / subsets;
     [0.754_877_666_246_693, 0.569_840_290_998_053]
         .map(|step| 2.0 * (0.5 + f64::from(number) * step).fract() - 1.0)
 }

@@ -1,4 +1,4 @@
-// sharp sky: rays of their own for the listed texels of the sky map.
+// sharp environment: rays of their own for the listed texels of the direct map of the environment.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -7,10 +7,10 @@ layout(local_size_x = 64) in;
 TRIANGLES(0)
 NODES(1)
 SURFACES(2)
-SKY_CELL_BUFFER(3)
+DIRECT_CELLS_OF(3)
 layout(std430, binding = 4) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 5) readonly buffer Items { uvec2 items[]; };
-layout(binding = 6, rgba32f) uniform writeonly image2D sky_map;
+layout(binding = 6, rgba32f) uniform writeonly image2D environment_direct_map;
 layout(push_constant) uniform ListedPush {
     uint first;          // first item
     uint light_count;
@@ -19,7 +19,7 @@ layout(push_constant) uniform ListedPush {
 #include "trace.glsl"
 #include "planar_receiver.glsl"
 #include "surface.glsl"
-#include "sky.glsl"
+#include "direct_cells.glsl"
 #include "work_list.glsl"
 
 void main() {
@@ -29,7 +29,7 @@ void main() {
     DiffuseSurface surface = surface_at(items[item].y);
     PlanarReceiver plane = plane_of(surface);
     uvec2 tile = uvec2(plane.tile_x, plane.tile_y);
-    vec3 x = from_texels(plane, vec2(tile) + (vec2(texel) + 0.5) * float(surface.sky_scale));
-    vec3 found = sky_irradiance(x, plane.normal, surface.triangle, (texel.x + texel.y) % SKY_STEP, SKY_STEP, SKY_CELLS);
-    imageStore(sky_map, ivec2(tile + texel), vec4(found, 1.0));
+    vec3 x = from_texels(plane, vec2(tile) + (vec2(texel) + 0.5) * float(surface.environment_scale));
+    vec3 found = cells_irradiance(x, plane.normal, surface.triangle, (texel.x + texel.y) % DIRECT_CELLS_STEP, DIRECT_CELLS_STEP, DIRECT_CELLS);
+    imageStore(environment_direct_map, ivec2(tile + texel), vec4(found, 1.0));
 }

@@ -1,4 +1,4 @@
-// smooth sky: the mean over the neighbours whose rays together go to all cells, where these see about the same of the
+// smooth environment: the mean over the neighbours whose rays together go to all cells, where these see about the same of the
 // environment; other texels are listed for rays of their own. Texels without any light continue their neighbours, so that
 // look-ups between texels are right beside them.
 #version 460
@@ -7,11 +7,11 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 SURFACES(0)
-layout(binding = 1) uniform sampler2D sky_rays;
-layout(binding = 2, rgba32f) uniform writeonly image2D sky_map;
+layout(binding = 1) uniform sampler2D environment_rays;
+layout(binding = 2, rgba32f) uniform writeonly image2D environment_direct_map;
 layout(std430, binding = 3) buffer Counts { uint counts[]; };
 layout(std430, binding = 4) writeonly buffer Items { uvec2 items[]; };
-layout(push_constant) uniform SkyPush {
+layout(push_constant) uniform DirectEnvironmentPush {
     uvec2 first;         // first texel of this rectangle
     uint surface;
     uint unused;
@@ -26,10 +26,10 @@ const float EDGE_OF_SHADOW = 0.2;
 void main() {
     DiffuseSurface surface = surface_at(push.surface);
     ivec2 texel = ivec2(push.first + gl_GlobalInvocationID.xy);
-    ivec2 size = ivec2(sky_size(surface));
+    ivec2 size = ivec2(environment_size(surface));
     if (texel.x >= size.x || texel.y >= size.y) return;
     ivec2 tile = ivec2(surface.tile_x, surface.tile_y);
-    const int side = int(SKY_SIDE);
+    const int side = int(DIRECT_CELLS_SIDE);
     vec3 sum = vec3(0.0);
     float weights = 0.0;
     // Of the nearest neighbours only.
@@ -43,7 +43,7 @@ void main() {
             ivec2 at = texel + ivec2(x, y);
             at += side * (ivec2(lessThan(at, ivec2(0))) - ivec2(greaterThanEqual(at, size)));
             at = clamp(at, ivec2(0), size - 1);
-            vec4 rays = texelFetch(sky_rays, tile + at, 0);
+            vec4 rays = texelFetch(environment_rays, tile + at, 0);
             if (rays.a < 0.0) continue;
             float weight = (abs(x) == side / 2 ? 0.5 : 1.0) * (abs(y) == side / 2 ? 0.5 : 1.0);
             sum += weight * rays.rgb;
@@ -53,10 +53,10 @@ void main() {
         }
     }
     vec3 found = weights > 0.0 ? sum / weights : vec3(0.0);
-    bool is_covered = texelFetch(sky_rays, tile + texel, 0).a < 0.0;
+    bool is_covered = texelFetch(environment_rays, tile + texel, 0).a < 0.0;
     if (is_covered && near.a > 0.0) found = near.rgb / near.a;
     if (!is_covered && (weights < float(side * side) || max(abs(change.x), abs(change.y)) > EDGE_OF_SHADOW * float(side * side) / 2.0)) {
         items[atomicAdd(counts[0], 1)] = uvec2(uint(texel.x) | uint(texel.y) << 16, push.surface);
     }
-    imageStore(sky_map, tile + texel, vec4(found, 1.0));
+    imageStore(environment_direct_map, tile + texel, vec4(found, 1.0));
 }
