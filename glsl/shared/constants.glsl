@@ -58,7 +58,7 @@ const float IS_KERNEL = -1.0;
 const uint MAX_PATCH_DIVISION = 1024;
 const uint MAX_IMAGE_DIVISION = 32;
 
-// Variance of the kernel of an environment cell over the cell's variance.
+// Variance of the kernel of an environment cell over the cell's variance, so that neighbouring kernels add up evenly.
 const float CELL_SPREAD = 1.3;
 
 // Maximum number of samples along the filter of an environment, of pinhole.comp.

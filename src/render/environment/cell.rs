@@ -1,10 +1,7 @@
 //! An environment cell: a rectangle of azimuth and sine of elevation, and the lights it stands for.
 
-use crate::render::gpu_types;
+use crate::render::gpu_types::{self, constants::CELL_SPREAD};
 use glam::DVec3;
-
-/// Variance of a cell's kernel over the cell's variance, so that neighbouring kernels add up evenly, as for patches.
-pub const SPREAD: f64 = 1.3;
 
 /// An environment cell, before the rotation of the environment.
 pub struct EnvironmentCell {
@@ -21,7 +18,7 @@ pub struct EnvironmentCell {
 impl EnvironmentCell {
     /// The cell as a light whose kernel overlaps its neighbours. `rotation` in rad.
     pub fn light(&self, scale: f32, rotation: f32) -> gpu_types::Light {
-        self.spread_light(scale, rotation, SPREAD)
+        self.spread_light(scale, rotation, CELL_SPREAD.into())
     }
 
     /// The cell as a light of its own variance, for a cell that acts as a sun.

@@ -340,7 +340,7 @@ fn solid_angle(map: &EnvironmentMap, row: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::environment::cell::SPREAD;
+    use crate::render::gpu_types::constants::CELL_SPREAD;
     use glam::Vec3;
 
     fn map(height: u32, radiance: impl Fn(u32, u32) -> f32) -> EnvironmentMap {
@@ -424,7 +424,7 @@ mod tests {
         let cell = subdivision.cell(&subdivision.rects[0][0]);
         let light = cell.sun(2.0, 0.3);
         let kernel = cell.light(2.0, 0.3);
-        for (light, spread) in [(&light, 1.0), (&kernel, SPREAD)] {
+        for (light, spread) in [(&light, 1.0), (&kernel, CELL_SPREAD.into())] {
             let expected = spread * 0.25 * radius * radius;
             for axis in [light.axis1, light.axis2] {
                 let variance = f64::from(axis.length_squared());
