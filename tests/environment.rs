@@ -123,7 +123,7 @@ fn a_sun_of_the_sky_is_a_sun() {
 #[test]
 fn glass_lets_the_sky_through() {
     let mut scene = only_receiver(load("ball.toml"), "floor", [32, 32]);
-    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.33 };
+    scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(1.33));
     let truth = solve(&scene, "floor", [32, 32], &options(0.02));
     let device = Device::open();
     let floor = rect(&scene, "floor");
@@ -134,6 +134,6 @@ fn glass_lets_the_sky_through() {
     let found = share(&scene);
     println!("share of the reference's light: {found}");
     assert!((found - 1.0).abs() < 0.05, "{found}");
-    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.8 };
+    scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(1.8));
     assert!((share(&scene) - 1.0).abs() > 0.05);
 }

@@ -40,6 +40,7 @@ fn scene(camera: Camera, lights: Vec<LightKind>, objects: Vec<(MaterialKind, Geo
         lights: Vec::new(),
         materials: Vec::new(),
         objects: Vec::new(),
+        max_interfaces: MAX_INTERFACES,
     };
     for kind in lights {
         let name = format!("light {}", scene.lights.len());
@@ -364,7 +365,7 @@ fn mirror_shows_the_background() {
 /// A plate of glass lets (1 − F)/(1 + F) through, the sum over all reflections inside.
 #[test]
 fn plate_of_glass() {
-    let glass = || MaterialKind::Dielectric { ior: 1.5 };
+    let glass = || MaterialKind::Dielectric(Dielectric::new(1.5));
     let plate = vec![(glass(), square(0.0, true)), (glass(), square(-0.1, false))];
     let cosine = 0.35f64;
     let eye = [0.0, cosine, (1.0 - cosine * cosine).sqrt()];
@@ -394,7 +395,7 @@ fn plate_of_glass() {
 /// the surface, and (1 − F′)/n² of the radiance back to the camera.
 #[test]
 fn floor_under_water() {
-    let water = MaterialKind::Dielectric { ior: 1.33 };
+    let water = MaterialKind::Dielectric(Dielectric::new(1.33));
     let s = DVec3::new(0.6, 0.8, 0.0);
     let cosine = 0.7f64;
     let eye = [0.0, cosine, (1.0 - cosine * cosine).sqrt()];

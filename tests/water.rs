@@ -61,7 +61,7 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
             },
         }],
         materials: vec![
-            material("water", MaterialKind::Dielectric { ior: IOR }),
+            material("water", MaterialKind::Dielectric(Dielectric::new(IOR))),
             material(
                 "plaster",
                 MaterialKind::Diffuse {
@@ -166,7 +166,7 @@ fn waves_focus_where_they_should() {
     let focus = |ior: f64| {
         let inverse_at = |depth: f64| {
             let mut scene = water(vec![crest], [256, 8], 0.004, DVec3::Y);
-            scene.materials[0].kind = MaterialKind::Dielectric { ior };
+            scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(ior));
             object_mut(&mut scene, "floor").geometry = floor(0.004, -depth);
             if let LightKind::Sun { angular_radius, .. } = &mut scene.lights[0].kind {
                 *angular_radius = 0.0;
@@ -192,7 +192,7 @@ fn waves_focus_where_they_should() {
 #[test]
 fn a_glass_ball_keeps_what_enters_it() {
     let mut scene = only_receiver(load("ball.toml"), "floor", [32, 32]);
-    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.5 };
+    scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(1.5));
     scene.lights[0].kind = LightKind::Sun {
         direction: DVec3::new(0.3, -0.4, 0.2).normalize(),
         irradiance: DVec3::ONE,
@@ -201,7 +201,7 @@ fn a_glass_ball_keeps_what_enters_it() {
     let truth = image(&solve(&scene, "floor", [32, 32], &options(0.01)));
     let device = Device::open();
     let map = device.caustic(&scene, "floor", &footprint(65_536));
-    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.55 };
+    scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(1.55));
     let perturbed = device.caustic(&scene, "floor", &footprint(65_536));
     assert_error("glass ball", 0.04, l1(&map, &truth), l1(&perturbed, &truth));
 }
@@ -210,7 +210,7 @@ fn a_glass_ball_keeps_what_enters_it() {
 #[test]
 fn water_without_a_sun_is_dark() {
     let mut scene = only_receiver(load("ball.toml"), "floor", [32, 32]);
-    scene.materials[0].kind = MaterialKind::Dielectric { ior: 1.5 };
+    scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(1.5));
     let device = Device::open();
     for of in [Method::Beams, Method::Points] {
         let map = device.caustic(&scene, "floor", &method(of, 4096));
@@ -300,7 +300,7 @@ fn pool_agrees_with_the_reference() {
     let map = device.caustic(&scene, "floor", &footprint(8192));
     assert_physical(&map);
     let mut other = scene.clone();
-    other.materials[0].kind = MaterialKind::Dielectric { ior: 1.36 };
+    other.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(1.36));
     let perturbed = device.caustic(&other, "floor", &footprint(8192));
     assert_error("pool", 0.035, l1(&map, &truth), l1(&perturbed, &truth));
     let of = |map: &RgbImage| flux(map, &rect(&scene, "floor"))[0];

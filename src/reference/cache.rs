@@ -10,7 +10,8 @@ use super::{Map, Options, Progress, Reference, VERSION, caustic};
 use crate::error::Result;
 use crate::output::write_atomically;
 use crate::scene::{
-    Camera, Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Unwrapping,
+    Camera, Dielectric, Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene,
+    Unwrapping,
 };
 use blake3::{Hash, Hasher};
 use glam::DVec3;
@@ -300,8 +301,10 @@ impl Feed {
             lights,
             materials,
             objects,
+            max_interfaces,
             camera: _,
         } = scene;
+        self.number((*max_interfaces).into());
         self.number(lights.len() as u64);
         lights.iter().for_each(|light| self.light(light));
         for (index, object) in objects.iter().enumerate() {
@@ -324,9 +327,16 @@ impl Feed {
                     self.number(2);
                     self.vectors(&[*index, *extinction]);
                 }
-                MaterialKind::Dielectric { ior } => {
+                MaterialKind::Dielectric(Dielectric {
+                    ior,
+                    absorption,
+                    priority,
+                    thin,
+                }) => {
                     self.number(3);
-                    self.values(&[*ior]);
+                    self.values(&[*ior, (*priority).into()]);
+                    self.vectors(&[*absorption]);
+                    self.number((*thin).into());
                 }
             }
             self.geometry(geometry);

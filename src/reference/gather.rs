@@ -221,6 +221,8 @@ impl<'a> Gathering<'a> {
         sources.map(|source| {
             let source = source?;
             let toward = source.direction;
+            let [around, _] = self.problem.first_sides(triangle, out).media;
+            let left = around.transmittance(&self.problem.chains.dielectrics, distance);
             let radiance: DVec3 = (self.environments.iter())
                 .map(|environment| environment.dim_radiance(toward))
                 .sum();
@@ -230,7 +232,7 @@ impl<'a> Gathering<'a> {
                 distance,
                 toward,
                 // Backward: the light comes from where `source` leads.
-                irradiance: radiance * source.share / source.compression * bounded,
+                irradiance: left * radiance * source.share / source.compression * bounded,
             })
         })
     }

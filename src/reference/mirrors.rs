@@ -1,8 +1,8 @@
 //! The specular surfaces as one list of triangles, points on them, and what they do to light.
 
 use crate::optics::{fresnel_conductor, fresnel_dielectric, reflect, refract};
-use crate::scene::{MaterialKind, Scene};
-use glam::DVec3;
+use crate::scene::{Dielectric, MaterialKind, Scene};
+use glam::{DVec2, DVec3};
 
 /// What a specular surface does to light.
 #[derive(Clone, Copy)]
@@ -11,8 +11,10 @@ pub enum Surface {
     Mirror(DVec3),
     /// Complex index of refraction, RGB.
     Conductor { index: DVec3, extinction: DVec3 },
-    /// Index of refraction behind the front over that before it.
+    /// Index of refraction behind the front, relative to air.
     Dielectric(f64),
+    /// Two interfaces at one place, around a medium of this index.
+    Sheet(f64),
 }
 
 /// Light that leaves a specular surface.
@@ -34,19 +36,55 @@ impl Surface {
             MaterialKind::Conductor { index, extinction } => {
                 Some(Self::Conductor { index, extinction })
             }
-            MaterialKind::Dielectric { ior } => Some(Self::Dielectric(ior)),
+            MaterialKind::Dielectric(Dielectric {
+                ior, thin: true, ..
+            }) => Some(Self::Sheet(ior)),
+            MaterialKind::Dielectric(Dielectric { ior, .. }) => Some(Self::Dielectric(ior)),
             MaterialKind::Diffuse { .. } => None,
         }
     }
 
     /// Whether light from behind does anything but vanish.
     pub fn has_two_sides(&self) -> bool {
-        matches!(self, Self::Dielectric(_))
+        matches!(self, Self::Dielectric(_) | Self::Sheet(_))
+    }
+
+    /// [`Self::leaving_between`] with nothing but air around the surface's own medium.
+    pub fn leaving(&self, toward: DVec3, shading: DVec3, geometric: DVec3) -> [Option<Leaving>; 2] {
+        let ior = match (self, geometric.dot(toward) > 0.0) {
+            (Self::Dielectric(ior), true) => [1.0, *ior],
+            (Self::Dielectric(ior), false) => [*ior, 1.0],
+            _ => [1.0, 1.0],
+        };
+        self.leaving_between(ior, toward, shading, geometric)
+    }
+
+    /// [`Self::leaving_between`]; where the interpolated normal would reflect light into the flat triangle, as at the outline
+    /// of a coarse mesh, the triangle's own normal takes its place.
+    pub fn leaving_along_a_path(
+        &self,
+        ior: [f64; 2],
+        toward: DVec3,
+        shading: DVec3,
+        geometric: DVec3,
+    ) -> [Option<Leaving>; 2] {
+        let side = geometric.dot(toward).signum();
+        let reflected = reflect(-toward, shading);
+        let is_bent = side * geometric.dot(reflected) > 0.0 && side * shading.dot(toward) > 0.0;
+        let normal = if is_bent { shading } else { geometric };
+        self.leaving_between(ior, toward, normal, geometric)
     }
 
     /// Where light from the unit direction `toward` goes, by reflection and by refraction, at a
-    /// point with the unit normal `shading` of a triangle with the normal `geometric`.
-    pub fn leaving(&self, toward: DVec3, shading: DVec3, geometric: DVec3) -> [Option<Leaving>; 2] {
+    /// point with the unit normal `shading` of a triangle with the normal `geometric`. The indices of refraction are those
+    /// where the light comes from and behind the surface.
+    pub fn leaving_between(
+        &self,
+        ior: [f64; 2],
+        toward: DVec3,
+        shading: DVec3,
+        geometric: DVec3,
+    ) -> [Option<Leaving>; 2] {
         let front = geometric.dot(toward) > 0.0;
         if !front && !self.has_two_sides() {
             return [None, None];
@@ -66,12 +104,25 @@ impl Surface {
         let (reflected, refracted) = match *self {
             Self::Mirror(reflectance) => (reflected(reflectance), None),
             Self::Conductor { index, extinction } => {
-                let share =
-                    |channel: usize| fresnel_conductor(cosine, index[channel], extinction[channel]);
+                let share = |channel: usize| {
+                    let [real, imaginary] = [index, extinction].map(|of| of[channel] / ior[0]);
+                    fresnel_conductor(cosine, real, imaginary)
+                };
                 (reflected(DVec3::new(share(0), share(1), share(2))), None)
             }
-            Self::Dielectric(ior) => {
-                let ratio = if front { 1.0 / ior } else { ior };
+            // Between two interfaces light goes to and fro: 2R/(1 + R) comes back in all.
+            Self::Sheet(between) => {
+                let once = fresnel_dielectric(cosine, ior[0] / between);
+                let share = 2.0 * once / (1.0 + once);
+                let passing = Leaving {
+                    direction: -toward,
+                    share: DVec3::splat(1.0 - share),
+                    compression: 1.0,
+                };
+                (reflected(DVec3::splat(share)), Some(passing))
+            }
+            Self::Dielectric(_) => {
+                let ratio = ior[0] / ior[1];
                 let share = fresnel_dielectric(cosine, ratio);
                 let refracted = refract(-toward, shading, ratio).map(|direction| Leaving {
                     direction,
@@ -101,6 +152,8 @@ pub struct MirrorTriangle {
     /// m²
     pub area: f64,
     pub surface: Surface,
+    /// In the scene.
+    pub object: u32,
     /// The same triangle in [`triangles_that_block`], if it blocks light.
     pub blocker: Option<u32>,
 }
@@ -114,14 +167,20 @@ pub struct MirrorPoint {
 }
 
 impl MirrorTriangle {
+    /// Shading normal, unit, at the weights of the second and third corner.
+    pub fn shading(&self, weights: DVec2) -> DVec3 {
+        let [n0, n1, n2] = self.normals;
+        let normal = (1.0 - weights.x - weights.y) * n0 + weights.x * n1 + weights.y * n2;
+        normal.normalize_or(self.geometric_normal)
+    }
+
     /// Point uniform in area for (u, v) uniform in [0, 1)²; neighbours stay neighbours.
     pub fn point(&self, u: f64, v: f64) -> MirrorPoint {
         let root = u.sqrt();
         let (s, t) = (root * (1.0 - v), root * v);
-        let [n0, n1, n2] = self.normals;
         MirrorPoint {
             position: self.a + s * self.edge_1 + t * self.edge_2,
-            normal: ((1.0 - s - t) * n0 + s * n1 + t * n2).normalize_or(self.geometric_normal),
+            normal: self.shading(DVec2::new(s, t)),
         }
     }
 }
@@ -144,7 +203,7 @@ pub fn triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
 pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
     let mut triangles = Vec::new();
     let mut blockers = 0;
-    for object in &scene.objects {
+    for (number, object) in (0..).zip(&scene.objects) {
         let mesh = object.geometry.mesh();
         let first_blocker = object.blocks_light.then_some(blockers);
         if object.blocks_light {
@@ -166,6 +225,7 @@ pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
                     geometric_normal: vector_area / area,
                     area,
                     surface,
+                    object: number,
                     blocker: first_blocker.map(|first| first + index as u32),
                 });
             }

@@ -29,10 +29,12 @@
 //! examples*, chapter 17).
 
 mod cache;
+mod chains;
 mod coarser;
 mod estimate;
 mod gather;
 mod lights;
+mod media;
 mod mirrors;
 mod receiver;
 mod rounds;
@@ -43,6 +45,7 @@ mod visibility;
 
 use crate::error::{Error, Result};
 use crate::scene::{Atlas, Geometry, NoLayout, Scene, light_map_side};
+use chains::Chains;
 use gather::Gathering;
 use glam::DVec3;
 use lights::Emitter;
@@ -61,7 +64,7 @@ pub use view::{MAX_VIEW_SIDE, View, view};
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Texels from the top row, RGB.
 pub type Map = Vec<[f64; 3]>;
@@ -112,6 +115,7 @@ struct Problem<'a> {
     emitters: &'a [Emitter],
     /// `None` if nothing blocks light, so nothing is traced.
     blockers: Option<&'a Blockers>,
+    chains: &'a Chains,
     cancel: &'a AtomicBool,
 }
 
@@ -157,6 +161,7 @@ pub fn caustic(
         mirrors: &mirrors,
         emitters: &emitters,
         blockers: blockers.as_ref(),
+        chains: &Chains::new(scene, &mirrors),
         cancel,
     };
     let mut methods: Vec<Box<dyn Method + '_>> = Vec::new();

@@ -28,6 +28,23 @@ pub fn split_mix(counter: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// Random numbers of one path.
+pub struct Choices {
+    counter: u64,
+}
+
+impl Choices {
+    pub fn new(seed: u64) -> Self {
+        Self { counter: seed }
+    }
+
+    /// The next one, in [0, 1).
+    pub fn next(&mut self) -> f64 {
+        self.counter = split_mix(self.counter);
+        (self.counter >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

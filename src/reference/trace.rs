@@ -13,12 +13,13 @@
 //! integral are in the density with which rays land.
 
 use crate::error::Result;
+use crate::reference::chains::{Meeting, Ray};
 use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
 use crate::reference::rounds::Method;
-use crate::reference::sequence::{SEQUENCE_LENGTH, sobol_4d};
+use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, sobol_4d, split_mix};
 use crate::reference::{Map, Problem};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -163,6 +164,7 @@ impl<'a> LightTracing<'a> {
     ) {
         for index in 0..SEQUENCE_LENGTH {
             let [u0, u1, u2, u3] = sobol_4d(index, seed);
+            let mut choices = Choices::new(split_mix(u64::from(seed) << 32 | u64::from(index)));
             let (chosen, u0) = source.triangles.pick(stratify(u0));
             let triangle = &self.problem.mirrors[chosen];
             let scale = scale / source.triangles.probability(chosen);
@@ -170,6 +172,7 @@ impl<'a> LightTracing<'a> {
                 source.emitter,
                 triangle,
                 [u0, u1, u2, u3],
+                &mut choices,
                 |landing, flux| {
                     lands(landing, scale * flux);
                 },
@@ -177,44 +180,66 @@ impl<'a> LightTracing<'a> {
         }
     }
 
-    /// Calls `lands` with the places where the reflected and the refracted ray land and their flux, W,
-    /// given the triangle.
+    /// Calls `lands` with the places where light lands by way of a point of the triangle, and its flux, W.
     fn rays_of(
         &self,
         emitter: &Emitter,
         triangle: &MirrorTriangle,
         [u0, u1, u2, u3]: [f64; 4],
+        choices: &mut Choices,
         mut lands: impl FnMut(&Landing, DVec3),
     ) {
+        let problem = self.problem;
         let point = triangle.point(u0, u1);
         let light = emitter.draw(point.position, u2, u3);
         let cosine = point.normal.dot(light.direction).abs();
-        let blocked = |direction, length| {
-            (self.problem).blocked(point.position, direction, length, triangle.blocker)
-        };
-        let leaving =
-            (triangle.surface).leaving(light.direction, point.normal, triangle.geometric_normal);
-        for leaving in leaving.into_iter().flatten() {
-            let receiver = &self.problem.receiver;
-            receiver.hits(
+        let sides = problem.first_sides(triangle, light.direction);
+        let leaving = (triangle.surface).leaving_between(
+            sides.ior,
+            light.direction,
+            point.normal,
+            triangle.geometric_normal,
+        );
+        let no_light = leaving.iter().all(Option::is_none);
+        if no_light
+            || problem.blocked(
                 point.position,
-                leaving.direction,
-                |texel, distance, normal| {
-                    if blocked(leaving.direction, distance)
-                        || blocked(light.direction, light.distance)
-                    {
-                        return;
-                    }
-                    let traced = 1.0 - gathered_share(self.problem, distance * distance);
-                    let radiance = light.bright + traced * light.dim;
-                    let landing = Landing {
-                        texel,
-                        position: point.position + distance * leaving.direction,
-                        normal,
-                    };
-                    lands(&landing, radiance * leaving.share * triangle.area * cosine);
-                },
-            );
+                light.direction,
+                light.distance,
+                triangle.blocker,
+            )
+        {
+            return;
+        }
+        let arriving = triangle.area
+            * cosine
+            * sides.media[0].transmittance(&problem.chains.dielectrics, light.distance);
+        for (leaving, media) in leaving.into_iter().zip(sides.media) {
+            let Some(leaving) = leaving else {
+                continue;
+            };
+            let ray = Ray {
+                origin: point.position,
+                direction: leaving.direction,
+                from: triangle.blocker,
+                flux: arriving * leaving.share,
+                media,
+                interfaces: 1,
+            };
+            problem.follow(ray, choices, &mut |meeting: Meeting, share| {
+                // Gathering knows light of one surface only.
+                let gathered = match meeting.interfaces {
+                    1 => gathered_share(problem, meeting.distance * meeting.distance),
+                    _ => 0.0,
+                };
+                let radiance = light.bright + (1.0 - gathered) * light.dim;
+                let landing = Landing {
+                    texel: meeting.texel,
+                    position: meeting.position,
+                    normal: meeting.normal,
+                };
+                lands(&landing, radiance * share);
+            });
         }
     }
 }

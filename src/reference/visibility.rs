@@ -58,6 +58,11 @@ impl Blockers {
         })
     }
 
+    /// m
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// Whether a triangle other than `origin_triangle` crosses `origin` + t·`direction` for
     /// t between 0 and `length` (m, may be infinite); `direction` is a unit vector.
     pub fn block(

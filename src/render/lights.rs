@@ -176,10 +176,10 @@ pub fn outgoing_directions(
 ) -> impl Iterator<Item = DVec3> {
     let cosine = normal.dot(toward);
     let (facing, refracted) = match material {
-        MaterialKind::Dielectric { ior } if cosine < 0.0 => {
-            (-normal, refract(-toward, -normal, *ior))
+        MaterialKind::Dielectric(medium) if cosine < 0.0 => {
+            (-normal, refract(-toward, -normal, medium.ior))
         }
-        MaterialKind::Dielectric { ior } => (normal, refract(-toward, normal, 1.0 / ior)),
+        MaterialKind::Dielectric(medium) => (normal, refract(-toward, normal, 1.0 / medium.ior)),
         _ => (normal, None),
     };
     let reflected = (facing.dot(toward) > 0.0).then(|| reflect(-toward, facing));

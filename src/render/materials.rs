@@ -30,8 +30,8 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> g
             (index, extinction) = (real, imaginary);
             CONDUCTOR
         }
-        MaterialKind::Dielectric { ior } => {
-            index = DVec3::splat(ior);
+        MaterialKind::Dielectric(medium) => {
+            index = DVec3::splat(medium.ior);
             DIELECTRIC
         }
         MaterialKind::Diffuse { albedo } => {

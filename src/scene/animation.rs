@@ -11,6 +11,7 @@ pub struct Animation {
     pub(super) lights: Vec<Keyframes<Light>>,
     pub(super) materials: Vec<Material>,
     pub(super) objects: Vec<MovingObject>,
+    pub(super) max_interfaces: u32,
 }
 
 impl Animation {
@@ -23,6 +24,7 @@ impl Animation {
                 .collect(),
             materials: self.materials.clone(),
             objects: self.objects.iter().map(|object| object.at(time)).collect(),
+            max_interfaces: self.max_interfaces,
         }
     }
 }

@@ -24,6 +24,7 @@ pub type KeyframeList<K> = Spanned<Vec<Spanned<K>>>;
 pub struct SceneEntry {
     #[allow(dead_code, reason = "judged before the rest is read")]
     version: Value,
+    pub max_interfaces: Option<Spanned<i64>>,
     pub camera: Spanned<CameraEntry>,
     #[serde(default)]
     pub light: Vec<LightEntry>,
@@ -93,7 +94,11 @@ pub struct MaterialEntry {
     pub kind: Spanned<String>,
     pub reflectance: Option<Triple>,
     pub albedo: Option<Triple>,
-    pub ior: Option<Spanned<f64>>,
+    /// A number, or the name of a medium.
+    pub ior: Option<Spanned<Value>>,
+    pub absorption: Option<Triple>,
+    pub priority: Option<Spanned<i64>>,
+    pub thin: Option<Spanned<bool>>,
     pub metal: Option<Spanned<String>>,
     pub index: Option<Triple>,
     pub extinction: Option<Triple>,

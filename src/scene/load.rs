@@ -5,14 +5,14 @@
 //!
 //! | table | keys |
 //! |---|---|
-//! | | `version = 1` |
+//! | | `version = 1`, `max_interfaces` (16): specular surfaces on the way of light to a receiver |
 //! | `[camera]` | `position`, `target`, `fov_degrees` (vertical), `exposure_ev` (0) |
 //! | `[[light]]` of `kind = "sun"` | `name`, `direction` (toward the light, any length), `irradiance` (on a plane facing it), `angular_radius_degrees` (0: a point) |
 //! | `[[light]]` of `kind = "lamp"` | `name`, `position`, `radius`, `flux` (W; of a sphere that shines evenly) |
 //! | `[[light]]` of `kind = "environment"` | `name`, `file` (.hdr or .exr, equirectangular), `scale` (1), `rotation_degrees` (0) |
 //! | `[[material]]` of `kind = "mirror"` | `name`, `reflectance` |
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
-//! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (behind the front over before it) |
+//! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number or one of [`GLASSES`]), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
 //! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` |
 //! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (of a diffuse rect or mesh), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
 //!
@@ -44,8 +44,8 @@ use super::file::{
     Source, Triple, WavesEntry,
 };
 use super::{
-    Animation, Camera, EnvironmentMap, Geometry, Light, LightKind, MAX_RADIANCE, Material,
-    MaterialKind, Object, Rect, Scene, Sine, Waves,
+    Animation, Camera, D_LINE, Dielectric, EnvironmentMap, GLASSES, Geometry, Light, LightKind,
+    MAX_INTERFACES, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene, Sine, Waves,
 };
 use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
 use crate::error::Result;
@@ -56,7 +56,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use toml::Spanned;
+use toml::{Spanned, Value};
 
 /// Bytes of a scene file.
 const MAX_BYTES: u64 = 16 << 20;
@@ -88,6 +88,11 @@ pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
         [3.9291, 3.19, 2.3808],
     ),
 ];
+/// Of dielectrics.
+pub const IOR: RangeInclusive<f64> = 0.1..=10.0;
+const PRIORITY: RangeInclusive<i64> = -1000..=1000;
+/// Of [`Scene::max_interfaces`].
+const MOST_INTERFACES: u32 = 64;
 /// Meshes a second.
 const FPS: RangeInclusive<f64> = 1e-3..=1e4;
 const DEFAULT_FPS: f64 = 24.0;
@@ -135,6 +140,14 @@ pub fn load(path: &Path) -> Result<Loaded> {
         span: entry.camera.span(),
     };
     let camera = keyframes::camera(&section, entry.camera.get_ref(), camera)?;
+    let max_interfaces = match &entry.max_interfaces {
+        None => MAX_INTERFACES,
+        Some(number) => interfaces(number.get_ref()).ok_or_else(|| {
+            let reason = format!("max_interfaces is {}", number.get_ref());
+            let remedy = format!("use a number from 1 to {MOST_INTERFACES}");
+            source.error(number.span(), &reason, &remedy)
+        })?,
+    };
     let mut lights = Vec::new();
     for light in &entry.light {
         let section = loader.section("light", &light.name)?;
@@ -152,6 +165,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
         lights,
         materials: std::mem::take(&mut loader.materials),
         objects: std::mem::take(&mut loader.objects),
+        max_interfaces,
     };
     let scene = animation.at(0.0);
     for (entry, light) in entry.light.iter().zip(&scene.lights) {
@@ -336,10 +350,16 @@ impl<'a> Loader<'a> {
             section.refuse(kind, "index", &entry.index)?;
             section.refuse(kind, "extinction", &entry.extinction)
         };
+        let no_medium = |kind| {
+            section.refuse(kind, "ior", &entry.ior)?;
+            section.refuse(kind, "absorption", &entry.absorption)?;
+            section.refuse(kind, "priority", &entry.priority)?;
+            section.refuse(kind, "thin", &entry.thin)
+        };
         let kind = match entry.kind.get_ref().as_str() {
             kind @ "mirror" => {
                 section.refuse(kind, "albedo", &entry.albedo)?;
-                section.refuse(kind, "ior", &entry.ior)?;
+                no_medium(kind)?;
                 no_metal(kind)?;
                 let reflectance = section.triple("reflectance", &entry.reflectance, 0.0..=1.0)?;
                 MaterialKind::Mirror { reflectance }
@@ -347,19 +367,18 @@ impl<'a> Loader<'a> {
             kind @ "conductor" => {
                 section.refuse(kind, "reflectance", &entry.reflectance)?;
                 section.refuse(kind, "albedo", &entry.albedo)?;
-                section.refuse(kind, "ior", &entry.ior)?;
+                no_medium(kind)?;
                 conductor(&section, entry)?
             }
             kind @ "dielectric" => {
                 section.refuse(kind, "reflectance", &entry.reflectance)?;
                 section.refuse(kind, "albedo", &entry.albedo)?;
                 no_metal(kind)?;
-                let ior = section.number("ior", &entry.ior, 0.1..=10.0)?;
-                MaterialKind::Dielectric { ior }
+                MaterialKind::Dielectric(dielectric(&section, entry)?)
             }
             kind @ "diffuse" => {
                 section.refuse(kind, "reflectance", &entry.reflectance)?;
-                section.refuse(kind, "ior", &entry.ior)?;
+                no_medium(kind)?;
                 no_metal(kind)?;
                 let albedo = section.triple("albedo", &entry.albedo, 0.0..=1.0)?;
                 MaterialKind::Diffuse { albedo }
@@ -651,6 +670,11 @@ fn camera(section: &Section, entry: &CameraEntry) -> Result<Camera> {
     })
 }
 
+/// A number of interfaces that light may meet.
+fn interfaces(number: &i64) -> Option<u32> {
+    (u32::try_from(*number).ok()).filter(|number| (1..=MOST_INTERFACES).contains(number))
+}
+
 fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {
     let Some(metal) = &entry.metal else {
         return Ok(MaterialKind::Conductor {
@@ -673,6 +697,47 @@ fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {
     Ok(MaterialKind::Conductor {
         index: index.into(),
         extinction: extinction.into(),
+    })
+}
+
+fn dielectric(section: &Section, entry: &MaterialEntry) -> Result<Dielectric> {
+    let ior = section.required("ior", &entry.ior)?;
+    let ior = match ior.get_ref() {
+        Value::String(name) => {
+            let named = GLASSES.iter().find(|(known, _)| known == name);
+            let Some((_, sellmeier)) = named else {
+                let names = GLASSES.map(|(name, _)| name).join(", ");
+                let reason = format!("there is no medium `{name}`");
+                return Err(section.error(ior.span(), &reason, &format!("use one of {names}")));
+            };
+            sellmeier.index(D_LINE)
+        }
+        value => {
+            let number = (value.as_float()).or(value.as_integer().map(|number| number as f64));
+            let Some(number) = number else {
+                let reason = format!("ior is a {}", value.type_str());
+                let remedy = "give a number such as 1.5, or the name of a medium such as \"BK7\"";
+                return Err(section.error(ior.span(), &reason, remedy));
+            };
+            section.check("ior", &[number], ior.span(), IOR)?;
+            number
+        }
+    };
+    let thin = entry.thin.as_ref().is_some_and(|thin| *thin.get_ref());
+    if let (true, Some(absorption)) = (thin, &entry.absorption) {
+        let reason = "the key `absorption` is given beside `thin`: a sheet has no thickness";
+        return Err(section.error(absorption.span(), reason, "remove one of them"));
+    }
+    let priority = entry.priority.as_ref();
+    if let Some(priority) = priority.filter(|priority| !PRIORITY.contains(priority.get_ref())) {
+        let reason = format!("priority is {}", priority.get_ref());
+        return Err(section.error(priority.span(), &reason, "use a number from -1000 to 1000"));
+    }
+    Ok(Dielectric {
+        ior,
+        absorption: section.triple_or(DVec3::ZERO, "absorption", &entry.absorption, 0.0..=1e9)?,
+        priority: priority.map_or(0, |priority| *priority.get_ref() as i32),
+        thin,
     })
 }
 

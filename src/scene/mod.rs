@@ -8,6 +8,7 @@ mod asset;
 mod atlas;
 mod environment;
 mod file;
+mod glass;
 mod keyframes;
 pub mod load;
 pub(crate) mod memory;
@@ -19,6 +20,7 @@ mod skin;
 
 pub use animation::Animation;
 pub use atlas::{Atlas, NoLayout, Piece, Texel, Unwrapping};
+pub use glass::{D_LINE, GLASSES, Sellmeier};
 pub use load::{Loaded, load};
 
 use glam::{DMat3, DVec2, DVec3};
@@ -51,7 +53,12 @@ pub struct Scene {
     pub lights: Vec<Light>,
     pub materials: Vec<Material>,
     pub objects: Vec<Object>,
+    /// Specular surfaces that light meets at most on its way to a receiver, ≥ 1.
+    pub max_interfaces: u32,
 }
+
+/// [`Scene::max_interfaces`] where a scene does not say.
+pub const MAX_INTERFACES: u32 = 16;
 
 /// Pinhole camera.
 #[derive(Debug, Clone)]
@@ -136,15 +143,38 @@ pub enum MaterialKind {
     },
     /// The smooth surface of something transparent: it reflects and refracts by Fresnel's equations,
     /// from both sides.
-    Dielectric {
-        /// Index of refraction behind the front face over that before it.
-        ior: f64,
-    },
+    Dielectric(Dielectric),
     /// Lambertian BRDF albedo/π on the front face; the back face absorbs.
     Diffuse {
         /// RGB, 0..=1.
         albedo: DVec3,
     },
+}
+
+/// The medium behind the front face of a surface. Before it is what surrounds it: another dielectric, or air.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dielectric {
+    /// Index of refraction, relative to air.
+    pub ior: f64,
+    /// σ, RGB, 1/m: of light that travels d metres, exp(−σ d) is left.
+    pub absorption: DVec3,
+    /// Where dielectrics overlap, the one with the highest priority fills the place, and among equal ones the one that
+    /// light entered last.
+    pub priority: i32,
+    /// A sheet without thickness: two parallel interfaces at the same place. What passes keeps its direction.
+    pub thin: bool,
+}
+
+impl Dielectric {
+    /// Clear, of the priority 0.
+    pub fn new(ior: f64) -> Self {
+        Self {
+            ior,
+            absorption: DVec3::ZERO,
+            priority: 0,
+            thin: false,
+        }
+    }
 }
 
 /// A surface with one material.

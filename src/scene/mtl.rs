@@ -1,6 +1,7 @@
 //! Material libraries (MTL) of OBJ meshes: `newmtl`, `Kd`, `Ks`, `Ni` and `illum`, read by tobj.
 
-use super::MaterialKind;
+use super::load::IOR;
+use super::{Dielectric, MaterialKind};
 use crate::error::Result;
 use crate::input::{self, at_line};
 use glam::DVec3;
@@ -70,7 +71,7 @@ pub fn kind(material: &tobj::Material) -> Result<MaterialKind, String> {
             colour("Ks", material.specular).map(|reflectance| MaterialKind::Mirror { reflectance })
         }
         Some(4 | 6 | 7 | 9) => match material.optical_density {
-            Some(ior) if (0.1..=10.0).contains(&ior) => Ok(MaterialKind::Dielectric { ior }),
+            Some(ior) if IOR.contains(&ior) => Ok(MaterialKind::Dielectric(Dielectric::new(ior))),
             Some(ior) => Err(format!("`Ni` is {ior}, not within 0.1 and 10")),
             None => Err("it has no `Ni`".into()),
         },

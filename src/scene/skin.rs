@@ -15,7 +15,7 @@ pub fn complaints(scene: &Scene) -> Vec<String> {
         let kind = &scene.materials[object.material].kind;
         let reason = match kind {
             MaterialKind::Diffuse { .. } => None,
-            MaterialKind::Dielectric { .. } => Skin::of(mesh).flaw_of_dielectric(),
+            MaterialKind::Dielectric(_) => Skin::of(mesh).flaw_of_dielectric(),
             _ => Skin::of(mesh)
                 .is_inside_out()
                 .then(|| flaw_of_mirror(scene, mesh))

@@ -1,7 +1,8 @@
 //! The scenes of the sweeps: one reflector, one receiver, white suns of 1 W/m² altogether.
 
 use crate::scene::{
-    Camera, Geometry, Light, LightKind, Material, MaterialKind, Mesh, Object, Rect, Scene,
+    Camera, Geometry, Light, LightKind, MAX_INTERFACES, Material, MaterialKind, Mesh, Object, Rect,
+    Scene,
 };
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -54,6 +55,7 @@ pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scen
                 ..object(RECEIVER, 1, Geometry::Rect(receiver))
             },
         ],
+        max_interfaces: MAX_INTERFACES,
     }
 }
 

@@ -6,13 +6,13 @@
 //! Gathering starts from the points where paths end. The spread of replicates, each of light and paths,
 //! gives a standard error that knows how neighbouring texels and paths hang together.
 
-use super::paths::{Choices, DiffusePoint, End, Paths};
+use super::paths::{DiffusePoint, End, Paths};
 use crate::error::Result;
 use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::gather::Gathering;
 use crate::reference::receiver::ReceiverPoint;
 use crate::reference::rounds::{Method, power_of_two};
-use crate::reference::sequence::{sobol_4d, split_mix};
+use crate::reference::sequence::{Choices, sobol_4d, split_mix};
 use crate::reference::trace::LightTracing;
 use crate::reference::{Map, Problem};
 use glam::DVec3;

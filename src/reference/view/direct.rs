@@ -1,11 +1,12 @@
 //! What the camera sees without caustics: lamps, suns, environments, and their direct light on diffuse surfaces.
 
-use super::paths::{Choices, DiffusePoint, End, Paths};
+use super::paths::{DiffusePoint, End, Paths};
 use crate::error::Result;
 use crate::reference::check_cancelled;
 use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::lights::{Directions, Emitter, Environment};
 use crate::reference::rounds::{Method, power_of_two};
+use crate::reference::sequence::Choices;
 use crate::reference::sequence::{sobol_4d, split_mix};
 use crate::reference::visibility::Blockers;
 use crate::scene::{Geometry, Scene};

@@ -25,15 +25,17 @@ mod caustics;
 mod direct;
 mod paths;
 
+use super::chains::Chains;
 use super::lights::Emitter;
 use super::mirrors::{mirror_triangles, triangles_that_block};
 use super::rounds::{self, Method};
+use super::sequence::Choices;
 use super::visibility::Blockers;
 use super::{Map, Options, Problem, Progress, check_cancelled, check_error, receiver_of};
 use crate::error::{Error, Result};
 use crate::scene::{Geometry, MAX_LIGHT_MAP_SIDE, Scene, memory};
 use direct::Direct;
-use paths::{Choices, End, Paths};
+use paths::{End, Paths};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
@@ -91,6 +93,7 @@ pub fn view(
     let mirrors = mirror_triangles(scene);
     let emitters: Vec<Emitter> = scene.lights.iter().filter_map(Emitter::new).collect();
     let blockers = Blockers::new(&triangles_that_block(scene));
+    let chains = Chains::new(scene, &mirrors);
     let paths = Paths::new(scene, &scene.camera, size);
     let problems: Vec<(usize, Problem)> = texels_for(scene, &paths, cancel)?
         .into_iter()
@@ -100,6 +103,7 @@ pub fn view(
                 mirrors: &mirrors,
                 emitters: &emitters,
                 blockers: blockers.as_ref(),
+                chains: &chains,
                 cancel,
             };
             Ok((object, problem))

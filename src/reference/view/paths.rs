@@ -1,9 +1,9 @@
 //! Paths from the camera through mirrors and interfaces to where they end.
 
-use crate::optics::reflect;
 use crate::reference::lights::Lamp;
+use crate::reference::media::{Dielectrics, Media};
 use crate::reference::mirrors::{Leaving, Surface};
-use crate::reference::sequence::split_mix;
+use crate::reference::sequence::Choices;
 use crate::reference::visibility::Blockers;
 use crate::scene::{Camera, MaterialKind, Scene};
 use glam::{DVec2, DVec3};
@@ -30,6 +30,7 @@ pub struct Paths {
     surfaces: Option<Blockers>,
     looks: Vec<Look>,
     lamps: Vec<Lamp>,
+    dielectrics: Dielectrics,
 }
 
 struct Triangle {
@@ -96,23 +97,7 @@ struct Ray {
     splits: u32,
     /// m
     length: f64,
-}
-
-/// Random numbers of one path.
-pub struct Choices {
-    counter: u64,
-}
-
-impl Choices {
-    pub fn new(seed: u64) -> Self {
-        Self { counter: seed }
-    }
-
-    /// The next one, in [0, 1).
-    fn next(&mut self) -> f64 {
-        self.counter = split_mix(self.counter);
-        (self.counter >> 11) as f64 / (1u64 << 53) as f64
-    }
+    media: Media,
 }
 
 impl Paths {
@@ -157,6 +142,7 @@ impl Paths {
             surfaces: Blockers::new(&corners),
             looks,
             lamps: scene.lights.iter().filter_map(Lamp::new).collect(),
+            dielectrics: Dielectrics::of(scene),
         }
     }
 
@@ -233,6 +219,7 @@ impl Paths {
             bounces: 0,
             splits: 0,
             length: 0.0,
+            media: Media::default(),
         };
         self.follow_ray(ray, choices, ends);
     }
@@ -242,6 +229,7 @@ impl Paths {
             let hit = (self.surfaces.as_ref())
                 .and_then(|surfaces| surfaces.nearest(ray.origin, ray.direction, ray.from));
             let distance = hit.map_or(f64::INFINITY, |(_, distance, _)| distance);
+            let left = |media: &Media| media.transmittance(&self.dielectrics, distance);
             if let Some(radiance) = self.lamp_before(&ray, distance) {
                 return ends(End::Lamp(radiance), ray.weight);
             }
@@ -260,38 +248,54 @@ impl Paths {
                             bounces: ray.bounces,
                             ..point
                         };
-                        ends(End::Diffuse(point), ray.weight);
+                        ends(End::Diffuse(point), ray.weight * left(&ray.media));
                     }
                     return;
                 }
             };
+            let front = triangle.geometric.dot(ray.direction) < 0.0;
+            let sides = (ray.media).sides(&self.dielectrics, triangle.object, front);
+            let weight = ray.weight * left(&sides.media[0]);
+            if !sides.is_interface {
+                ray = Ray {
+                    origin: position,
+                    from: Some(index),
+                    weight,
+                    length: ray.length + distance,
+                    media: sides.media[1],
+                    ..ray
+                };
+                continue;
+            }
             if ray.bounces == MAX_BOUNCES {
                 return;
             }
-            let next = |leaving: &Leaving, probability: f64, splits: u32| Ray {
+            let next = |leaving: &Leaving, probability: f64, splits: u32, side: usize| Ray {
                 origin: position,
                 direction: leaving.direction,
                 from: Some(index),
                 // Backward: the light comes from where `leaving` leads.
-                weight: ray.weight * leaving.share / (leaving.compression * probability),
+                weight: weight * leaving.share / (leaving.compression * probability),
                 bounces: ray.bounces + 1,
                 splits: ray.splits + splits,
                 length: ray.length + distance,
+                media: sides.media[side],
             };
-            ray = match triangle.leaving(surface, -ray.direction, weights) {
+            ray = match triangle.leaving(surface, sides.ior, -ray.direction, weights) {
                 [None, None] => return,
-                [Some(only), None] | [None, Some(only)] => next(&only, 1.0, 0),
+                [Some(only), None] => next(&only, 1.0, 0, 0),
+                [None, Some(only)] => next(&only, 1.0, 0, 1),
                 [Some(reflected), Some(refracted)] if ray.splits < MAX_SPLITS => {
-                    self.follow_ray(next(&reflected, 1.0, 1), choices, ends);
-                    next(&refracted, 1.0, 1)
+                    self.follow_ray(next(&reflected, 1.0, 1, 0), choices, ends);
+                    next(&refracted, 1.0, 1, 1)
                 }
                 [Some(reflected), Some(refracted)] => {
                     let [of_reflected, of_refracted] =
                         [&reflected, &refracted].map(|leaving| leaving.share.element_sum());
                     let probability = of_reflected / (of_reflected + of_refracted);
                     match choices.next() < probability {
-                        true => next(&reflected, probability, 0),
-                        false => next(&refracted, 1.0 - probability, 0),
+                        true => next(&reflected, probability, 0, 0),
+                        false => next(&refracted, 1.0 - probability, 0, 1),
                     }
                 }
             };
@@ -339,15 +343,14 @@ impl Triangle {
         }
     }
 
-    /// Where light from the camera would go. Where the interpolated normal would reflect it into the flat
-    /// triangle, as at the outline of a coarse mesh, the triangle's own normal takes its place.
-    fn leaving(&self, surface: &Surface, toward: DVec3, weights: DVec2) -> [Option<Leaving>; 2] {
-        let side = self.geometric.dot(toward).signum();
-        let mut shading = self.shading(weights);
-        let reflected = reflect(-toward, shading);
-        if side * self.geometric.dot(reflected) <= 0.0 || side * shading.dot(toward) <= 0.0 {
-            shading = self.geometric;
-        }
-        surface.leaving(toward, shading, self.geometric)
+    /// Where light from the camera would go.
+    fn leaving(
+        &self,
+        surface: &Surface,
+        ior: [f64; 2],
+        toward: DVec3,
+        weights: DVec2,
+    ) -> [Option<Leaving>; 2] {
+        surface.leaving_along_a_path(ior, toward, self.shading(weights), self.geometric)
     }
 }

@@ -20,7 +20,7 @@ pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], max_pairs: usize) -> boo
     if !material.is_specular() || scene.specular_objects().count() > 1 {
         return true;
     }
-    let two_sided = matches!(material, MaterialKind::Dielectric { .. });
+    let two_sided = matches!(material, MaterialKind::Dielectric(_));
     if occluders.next().is_some() || mesh.positions.len() * mesh.triangles.len() > max_pairs {
         return true;
     }

@@ -41,7 +41,7 @@ impl DeviceCasters {
         let bytes = triangles * size_of::<LitTriangle>();
         let refracts = (scene.objects.iter()).any(|object| {
             let kind = &scene.materials[object.material].kind;
-            matches!(kind, MaterialKind::Dielectric { .. })
+            matches!(kind, MaterialKind::Dielectric(_))
         });
         Ok(Self {
             lit: Buffer::new(context, "lit triangles", bytes as u64)?,

@@ -57,7 +57,7 @@ impl Tessellation {
         let mut lit = all.clone();
         for (index, object) in scene.specular_objects() {
             let material = &scene.materials[object.material].kind;
-            let always = all_lit || matches!(material, MaterialKind::Dielectric { .. });
+            let always = all_lit || matches!(material, MaterialKind::Dielectric(_));
             for (number, &place) in store.indices(index).iter().enumerate() {
                 let area = f64::from(store.triangles[place as usize].area());
                 let sums = [&mut all[index], &mut lit[index]];

@@ -1,0 +1,165 @@
+//! Light on its way from one specular surface to the next.
+//!
+//! At its first surface light goes both ways, reflected and refracted. At those behind it goes one of them, chosen with a
+//! probability of its share, so that a chain costs one ray for each of its surfaces.
+
+use crate::reference::Problem;
+use crate::reference::media::{Dielectrics, Media, Sides};
+use crate::reference::mirrors::{Leaving, MirrorTriangle};
+use crate::reference::sequence::Choices;
+use crate::scene::Scene;
+use glam::DVec3;
+
+/// What light meets behind its first specular surface.
+pub struct Chains {
+    pub dielectrics: Dielectrics,
+    max_interfaces: u32,
+    /// For each triangle that blocks light, its number among the specular ones.
+    mirror_of_blocker: Vec<Option<u32>>,
+}
+
+/// Light that left a specular surface.
+pub struct Ray {
+    /// m
+    pub origin: DVec3,
+    /// Unit.
+    pub direction: DVec3,
+    /// The triangle that it leaves from, among those that block light.
+    pub from: Option<u32>,
+    /// RGB, W.
+    pub flux: DVec3,
+    pub media: Media,
+    /// Specular surfaces so far.
+    pub interfaces: u32,
+}
+
+/// Where a ray meets the receiver.
+pub struct Meeting {
+    pub texel: usize,
+    /// m
+    pub position: DVec3,
+    /// On the receiver's front, of any length.
+    pub normal: DVec3,
+    /// From the last specular surface, m.
+    pub distance: f64,
+    /// Specular surfaces on the way.
+    pub interfaces: u32,
+}
+
+impl Chains {
+    pub fn new(scene: &Scene, mirrors: &[MirrorTriangle]) -> Self {
+        let last = mirrors.iter().filter_map(|mirror| mirror.blocker).max();
+        let mut mirror_of_blocker = vec![None; last.map_or(0, |last| last as usize + 1)];
+        for (number, mirror) in (0..).zip(mirrors) {
+            if let Some(blocker) = mirror.blocker {
+                mirror_of_blocker[blocker as usize] = Some(number);
+            }
+        }
+        Self {
+            dielectrics: Dielectrics::of(scene),
+            max_interfaces: scene.max_interfaces,
+            mirror_of_blocker,
+        }
+    }
+}
+
+impl Problem<'_> {
+    /// Calls `meets` with the places where light meets the receiver's front, and its flux, W.
+    pub fn follow(
+        &self,
+        mut ray: Ray,
+        choices: &mut Choices,
+        meets: &mut impl FnMut(Meeting, DVec3),
+    ) {
+        let dielectrics = &self.chains.dielectrics;
+        let tolerance = self.blockers.map_or(0.0, |blockers| blockers.tolerance());
+        loop {
+            let nearest = (self.blockers)
+                .and_then(|blockers| blockers.nearest(ray.origin, ray.direction, ray.from));
+            let way = nearest.map_or(f64::INFINITY, |(_, distance, _)| distance);
+            let absorbed = |distance| ray.flux * ray.media.transmittance(dielectrics, distance);
+            (self.receiver).hits(ray.origin, ray.direction, |texel, distance, normal| {
+                if distance <= way + tolerance {
+                    let meeting = Meeting {
+                        texel,
+                        position: ray.origin + distance * ray.direction,
+                        normal,
+                        distance,
+                        interfaces: ray.interfaces,
+                    };
+                    meets(meeting, absorbed(distance));
+                }
+            });
+            let Some((blocker, distance, weights)) = nearest else {
+                return;
+            };
+            let mirror = (self.chains.mirror_of_blocker.get(blocker as usize))
+                .copied()
+                .flatten();
+            let Some(mirror) = mirror.filter(|_| ray.from.is_some()) else {
+                return;
+            };
+            let mirror = &self.mirrors[mirror as usize];
+            let front = mirror.geometric_normal.dot(ray.direction) < 0.0;
+            let sides = ray.media.sides(dielectrics, mirror.object, front);
+            let origin = ray.origin + distance * ray.direction;
+            let flux = ray.flux * sides.media[0].transmittance(dielectrics, distance);
+            if !sides.is_interface {
+                ray = Ray {
+                    origin,
+                    from: Some(blocker),
+                    media: sides.media[1],
+                    flux,
+                    ..ray
+                };
+                continue;
+            }
+            if ray.interfaces >= self.chains.max_interfaces {
+                return;
+            }
+            let leaving = (mirror.surface).leaving_along_a_path(
+                sides.ior,
+                -ray.direction,
+                mirror.shading(weights),
+                mirror.geometric_normal,
+            );
+            let Some((leaving, probability, side)) = choose(leaving, choices) else {
+                return;
+            };
+            ray = Ray {
+                origin,
+                direction: leaving.direction,
+                from: Some(blocker),
+                flux: flux * leaving.share / probability,
+                media: sides.media[side],
+                interfaces: ray.interfaces + 1,
+            };
+            if ray.flux.max_element() <= 0.0 {
+                return;
+            }
+        }
+    }
+
+    /// The media at a surface that light meets first.
+    pub fn first_sides(&self, mirror: &MirrorTriangle, toward: DVec3) -> Sides {
+        let front = mirror.geometric_normal.dot(toward) > 0.0;
+        Media::default().sides(&self.chains.dielectrics, mirror.object, front)
+    }
+}
+
+/// The way that light goes, its probability, and the side of the surface on which it is then.
+fn choose(leaving: [Option<Leaving>; 2], choices: &mut Choices) -> Option<(Leaving, f64, usize)> {
+    match leaving {
+        [None, None] => None,
+        [Some(reflected), None] => Some((reflected, 1.0, 0)),
+        [None, Some(refracted)] => Some((refracted, 1.0, 1)),
+        [Some(reflected), Some(refracted)] => {
+            let [a, b] = [&reflected, &refracted].map(|leaving| leaving.share.element_sum());
+            let probability = a / (a + b);
+            match choices.next() < probability {
+                true => Some((reflected, probability, 0)),
+                false => Some((refracted, 1.0 - probability, 1)),
+            }
+        }
+    }
+}
