@@ -45,9 +45,9 @@ struct Node {
 struct Object {
     vec3 color;      // mirror: reflectance; diffuse surface: albedo
     uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC
-    vec3 index;      // of refraction; dielectric: the index behind the front face over the index before it
+    vec3 index;      // of refraction; dielectric: index behind the front face, priority, 1 for a sheet
     int receiver;    // index among the receivers of its kind, or NO_RECEIVER
-    vec3 extinction; // conductor: extinction coefficient
+    vec3 extinction; // conductor: extinction coefficient; dielectric: absorption, 1/m
     uint is_mesh;    // 1: `receiver` is the index of a MeshReceiver; 0: of a PlanarReceiver
 };
 
@@ -315,6 +315,43 @@ struct TriangleSplat {
     vec2 upper;      // AS_TRIANGLE: the bounds are the triangle in blurred_triangle.glsl
     vec2 origin;     // of the corners and the conic, in texels
     vec2 slant;      // perspective about the origin: see slant_of()
+};
+
+// A lattice of rays from a light to a caster. Ray (i, j) goes through origin + (i + 1/2) edge_u + (j + 1/2) edge_v and stands for
+// a cell of the lattice. A sun's rays have one direction and start there, those of a lamp start in its centre.
+struct ChainLattice {
+    vec3 origin;
+    uint first;      // number of the first ray
+    vec3 edge_u;
+    uint columns;
+    vec3 edge_v;
+    uint object;     // the caster: its surface is the first of the chains
+    vec3 direction;  // sun: of the rays
+    uint light;
+};
+
+// The state of a chain: the ray that leaves a surface, and how it changes over a cell of the lattice and over the light.
+// Changes are across the ray, in the axes of basis(direction): two of the place, then two of the direction.
+struct ChainPath {
+    vec3 position;
+    uint triangle;   // where the ray starts, or NO_TRIANGLE
+    vec3 direction;  // unit
+    float first_flux; // largest channel of the cell's flux, W
+    vec3 flux;       // W
+    uint counts;     // interfaces | weak branches << 8 | level of the lattice << 16
+    vec4 cell_place;
+    vec4 cell_direction;
+    vec4 light_place;
+    vec4 light_direction;
+    uvec2 media;     // see media.glsl
+    uvec2 unused;
+};
+
+// What a chain's ray meets.
+struct ChainHit {
+    float distance;
+    uint triangle;
+    vec2 barycentric;
 };
 
 // The flux of one traced point over the area of the texel that it meets.

@@ -15,10 +15,32 @@ vec3 mirrored_change(vec3 s, vec3 n, vec3 ds, vec3 dn) {
     return 2.0 * (dot(dn, s) + dot(n, ds)) * n + 2.0 * dot(n, s) * dn - ds;
 }
 
+// Reflectance of the interface between two dielectrics for unpolarised light.
+float fresnel_dielectric(float cosine, float eta) {
+    float square = 1.0 - eta * eta * (1.0 - cosine * cosine);
+    if (square <= 0.0) return 1.0;
+    float cos_t = sqrt(square);
+    float r_s = (eta * cosine - cos_t) / (eta * cosine + cos_t);
+    float r_p = (cosine - eta * cos_t) / (cosine + eta * cos_t);
+    return 0.5 * (r_s * r_s + r_p * r_p);
+}
+
+// A sheet is a pair of interfaces at one place: light passes it as if there were none, less what is reflected.
+bool is_sheet(Object object) {
+    return object.index.z != 0.0;
+}
+
+// Reflectance of a sheet in a medium of the index `around`: light goes to and fro between its interfaces.
+float sheet_reflectance(Object object, float cosine, float around) {
+    float once = fresnel_dielectric(cosine, around / object.index.x);
+    return 2.0 * once / (1.0 + once);
+}
+
 // Index of refraction on the side of the light over that on the other side, for light on the front or on the back; 0
 // for a surface that only reflects.
 float eta_of(Object object, bool front) {
     if (ONLY_MIRRORS || object.kind != DIELECTRIC) return 0.0;
+    if (is_sheet(object)) return 1.0;
     return front ? 1.0 / object.index.x : object.index.x;
 }
 
@@ -46,16 +68,6 @@ float normal_coefficient(float cosine, float eta) {
     return cos_i - cosine / eta;
 }
 
-// Reflectance of the interface between two dielectrics for unpolarised light.
-float fresnel_dielectric(float cosine, float eta) {
-    float square = 1.0 - eta * eta * (1.0 - cosine * cosine);
-    if (square <= 0.0) return 1.0;
-    float cos_t = sqrt(square);
-    float r_s = (eta * cosine - cos_t) / (eta * cosine + cos_t);
-    float r_p = (cosine - eta * cos_t) / (cosine + eta * cos_t);
-    return 0.5 * (r_s * r_s + r_p * r_p);
-}
-
 // Reflectance of a metal for unpolarised light.
 vec3 fresnel_conductor(float cosine, vec3 index, vec3 extinction) {
     float cosine2 = cosine * cosine;
@@ -75,7 +87,7 @@ vec3 fresnel_conductor(float cosine, vec3 index, vec3 extinction) {
 vec3 reflected_share(Object object, float cosine, float eta) {
     switch (object.kind) {
     case CONDUCTOR: return fresnel_conductor(cosine, object.index, object.extinction);
-    case DIELECTRIC: return vec3(fresnel_dielectric(cosine, eta));
+    case DIELECTRIC: return vec3(is_sheet(object) ? sheet_reflectance(object, cosine, 1.0) : fresnel_dielectric(cosine, eta));
     default: return object.color;
     }
 }

@@ -1,5 +1,6 @@
 //! The stages that compute a caustic.
 
+use crate::render::chains::Chains;
 use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::Sample;
@@ -13,6 +14,7 @@ pub enum Caustic {
         /// For the projectors.
         sample: Option<Sample>,
         triangles: Option<Box<Triangles>>,
+        chains: Option<Box<Chains>>,
         projectors: Vec<Projector>,
         resolve: Option<Resolve>,
     },

@@ -6,6 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging, Topology};
+use crate::render::chains::lattice::DeviceLattices;
 use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::{Object as DeviceObject, Profile};
@@ -40,6 +41,7 @@ pub struct DeviceScene {
     pub surfaces: DeviceSurfaces,
     pub casters: DeviceCasters,
     pub facets: DeviceFacets,
+    pub lattices: DeviceLattices,
     pub staging: Staging,
     /// Patches beyond one for each pair of facet and light that buffers hold, for an error to aim for.
     pub patch_budget: u32,
@@ -68,12 +70,15 @@ impl DeviceScene {
         let all_lit = environment.is_present && settings.method == Method::Pinhole;
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
         let facets = DeviceFacets::new(context, &mut staging, scene, &geometry.store, settings)?;
+        let lights = DeviceLights::new(context, scene)?;
+        let lattices = DeviceLattices::new(context, scene, lights.scene_count, settings)?;
         let profile_table = profiles();
         let profiles = Buffer::new(context, "profiles", size_of_val(&*profile_table) as u64)?;
         staging.write::<Profile>(&profiles, 0, &profile_table)?;
         let object_bytes = scene.objects.len() * size_of::<DeviceObject>();
         let mut device = Self {
-            lights: DeviceLights::new(context, scene)?,
+            lights,
+            lattices,
             objects: Buffer::new(context, "objects", object_bytes as u64)?,
             geometry,
             environment,
@@ -129,6 +134,7 @@ impl DeviceScene {
         staging.write(&self.objects, 0, &objects)?;
 
         let mut lights = pack(scene, store.origin);
+        (self.lattices).update(staging, scene, store, &lights, &moved, &self.settings)?;
         let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);
         let changed = self.environment.update(
             context,

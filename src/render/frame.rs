@@ -14,6 +14,7 @@
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
 use crate::render::caustic::Caustic;
+use crate::render::chains::Chains;
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{bands, first_groups};
 use crate::render::lights::Source;
@@ -67,10 +68,12 @@ pub fn caustic(
     let draws = match stages {
         Caustic::Splat {
             triangles,
+            chains,
             projectors,
             ..
         } => {
             triangles.is_some()
+                || chains.is_some()
                 || (projectors.iter()).any(|projector| {
                     scene
                         .group(projector.source)
@@ -89,12 +92,16 @@ pub fn caustic(
         Caustic::Splat {
             sample,
             triangles,
+            chains,
             projectors,
             resolve,
         } => {
             zero(recorder, projectors, resolve.as_ref())?;
             if let Some(triangles) = triangles {
                 splat_triangles(recorder, scene, triangles, light_map, &mut clear)?;
+            }
+            if let Some(chains) = chains {
+                splat_chains(recorder, scene, chains, light_map, &mut clear)?;
             }
             if let Some(sample) = sample.as_ref().filter(|_| has_patches) {
                 sample_patches(recorder, scene, sample)?;
@@ -312,6 +319,56 @@ fn splat_triangles(
         *clear = false;
         Ok(1)
     })?;
+    Ok(())
+}
+
+/// Follows light from surface to surface, a wave of rays at a time, and adds where it lands to the light maps.
+fn splat_chains(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    chains: &Chains,
+    light_map: &Image,
+    clear: &mut bool,
+) -> Result<()> {
+    let next = |r: &mut Recorder| {
+        r.barrier(
+            Access::COMPUTE,
+            Access::COMPUTE.and(Access::INDIRECT_READ),
+        )
+    };
+    recorder.pass("clear waves", |r| {
+        chains.record_clear(r);
+        r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
+    })?;
+    for wave in 0..Chains::waves(scene) {
+        recorder.pass("trace chains", |r| {
+            chains.record_trace(r, scene, wave);
+            next(r);
+        })?;
+        recorder.pass("number chains", |r| {
+            chains.record_number(r);
+            next(r);
+            chains.record_scan(r);
+            next(r);
+        })?;
+        recorder.pass("emit chains", |r| {
+            chains.record_emit(r, scene, wave);
+            next(r);
+            chains.record_advance(r, scene);
+            next(r);
+        })?;
+    }
+    recorder.pass("splat chains", |r| {
+        r.barrier(Access::COMPUTE_WRITE, LIST_READ);
+        chains.record_splat(r, light_map, *clear);
+        r.barrier(
+            Access::BLEND.and(LIST_READ),
+            Access::BLEND
+                .and(Access::COMPUTE)
+                .and(Access::TRANSFER_WRITE),
+        );
+    })?;
+    *clear = false;
     Ok(())
 }
 

@@ -94,6 +94,15 @@ mirrors! {
         to_box: Vec4, corners01: Vec4, corner2: Vec2, density12: Vec2,
         irradiance: Vec3, density0: f32, lower: Vec2, upper: Vec2, origin: Vec2, slant: Vec2,
     }
+    ChainLattice {
+        origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
+    }
+    ChainPath {
+        position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
+        cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,
+        media: UVec2, unused: UVec2,
+    }
+    ChainHit { distance: f32, triangle: u32, barycentric: Vec2, }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 
@@ -107,6 +116,10 @@ mirrors! {
         facet_count: u32, corner_count: u32, light_count: u32,
         receiver_count: u32, lobes: u32, can_occlude: u32, division: u32,
         error: f32, patch_share: f32, patch_budget: u32, is_lattice: u32, first_splat: u32,
+    }
+    ChainPush {
+        is_first: u32, lattice_count: u32, ray_count: u32, receiver_count: u32,
+        max_interfaces: u32, path_capacity: u32, splat_capacity: u32, spread: f32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
     NumberPush { count: u32, is_limited: u32, }

@@ -31,7 +31,9 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> g
             CONDUCTOR
         }
         MaterialKind::Dielectric(medium) => {
-            index = DVec3::splat(medium.ior);
+            let is_sheet = f64::from(u8::from(medium.thin));
+            index = DVec3::new(medium.ior, medium.priority.into(), is_sheet);
+            extinction = medium.absorption;
             DIELECTRIC
         }
         MaterialKind::Diffuse { albedo } => {

@@ -10,6 +10,7 @@
 mod blocking;
 mod budget;
 mod caustic;
+mod chains;
 mod device_scene;
 mod diagnostics;
 mod dispatch;

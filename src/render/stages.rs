@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image};
 use crate::render::caustic::Caustic;
+use crate::render::chains::Chains;
 use crate::render::device_scene::DeviceScene;
 use crate::render::lights::Source;
 use crate::render::methods::pinhole::Pinhole;
@@ -48,6 +49,7 @@ pub fn caustic(
             Ok(Caustic::Splat {
                 sample: None,
                 triangles,
+                chains: None,
                 projectors: Vec::new(),
                 resolve: Some(Resolve::new(context, scene, levels, light_map)?),
             })
@@ -74,11 +76,14 @@ fn by_footprints(
         true => Some(Sample::new(context, scene)?),
         false => None,
     };
-    let (mut triangles, mut projectors, mut resolve) = (None, Vec::new(), None);
+    let (mut triangles, mut chains, mut projectors, mut resolve) = (None, None, Vec::new(), None);
     if planar > 0 {
         let levels = Levels::new(context, scene)?;
         if has_suns {
             triangles = Some(Box::new(Triangles::new(context, scene, &levels, settings)?));
+        }
+        if scene.lattices.is_needed {
+            chains = Some(Box::new(Chains::new(context, scene, &levels)?));
         }
         if let Some(pairs) = &scene.environment.pairs {
             projectors.push(pinhole_images(context, scene, &pairs.patches, &levels)?);
@@ -107,6 +112,7 @@ fn by_footprints(
     Ok(Caustic::Splat {
         sample,
         triangles,
+        chains,
         projectors,
         resolve,
     })

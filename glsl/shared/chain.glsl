@@ -1,0 +1,238 @@
+// Chains of mirrors and interfaces: one central ray of a lattice with its first-order changes (ray differentials, Igehy 1999),
+// followed from surface to surface. The brighter of the reflected and the refracted branch is always followed, the weaker one
+// on every 4th, 16th ... ray of the lattice only, which then stands for so many.
+//
+// The including shader declares the buffers that trace.glsl needs, `normals`, `lights`, `planar_receivers`, `lattices`, `paths`
+// and `push`, and includes trace.glsl, light.glsl, optics.glsl, media.glsl, flux.glsl and planar_receiver.glsl.
+
+// Weak branches on a chain, at most. Without a limit by interfaces: total reflection offers no choice.
+const uint MAX_WEAK = 2;
+// A branch with a smaller share of its cell's flux ends.
+const float LEAST_SHARE = 0.003;
+// Coarsest sub-lattice: every 4^MAX_LEVEL_OF_LATTICE-th ray.
+const uint MAX_LATTICE_LEVEL = 3;
+// Squared support radius of the sharpest kernel of a curved patch, p = SHARPEST_CURVED: 2 (p + 2).
+const float CHAIN_SUPPORT = 12.0;
+
+uint interfaces_of(ChainPath path) {
+    return path.counts & 0xffu;
+}
+
+uint weak_branches_of(ChainPath path) {
+    return path.counts >> 8 & 0xffu;
+}
+
+uint lattice_level_of(ChainPath path) {
+    return path.counts >> 16;
+}
+
+// The changes of a path in space: of its place and its direction, over the cell (0, 1) and over the light (2, 3).
+struct Changes {
+    vec3 place[4];
+    vec3 direction[4];
+};
+
+Changes changes_of(ChainPath path) {
+    vec3 a, b;
+    basis(path.direction, a, b);
+    Changes changes;
+    changes.place[0] = a * path.cell_place.x + b * path.cell_place.y;
+    changes.place[1] = a * path.cell_place.z + b * path.cell_place.w;
+    changes.place[2] = a * path.light_place.x + b * path.light_place.y;
+    changes.place[3] = a * path.light_place.z + b * path.light_place.w;
+    changes.direction[0] = a * path.cell_direction.x + b * path.cell_direction.y;
+    changes.direction[1] = a * path.cell_direction.z + b * path.cell_direction.w;
+    changes.direction[2] = a * path.light_direction.x + b * path.light_direction.y;
+    changes.direction[3] = a * path.light_direction.z + b * path.light_direction.w;
+    return changes;
+}
+
+vec4 across(vec3 a, vec3 b, vec3 first, vec3 second) {
+    return vec4(dot(a, first), dot(b, first), dot(a, second), dot(b, second));
+}
+
+void set_changes(inout ChainPath path, Changes changes) {
+    vec3 a, b;
+    basis(path.direction, a, b);
+    path.cell_place = across(a, b, changes.place[0], changes.place[1]);
+    path.light_place = across(a, b, changes.place[2], changes.place[3]);
+    path.cell_direction = across(a, b, changes.direction[0], changes.direction[1]);
+    path.light_direction = across(a, b, changes.direction[2], changes.direction[3]);
+}
+
+#define FIRST_RAY(i) lattices[i].first
+
+uint lattice_of(uint ray) {
+    SEARCH(found, 0, push.lattice_count, ray, FIRST_RAY)
+    return found;
+}
+
+// Ray number `ray` of the lattices, as it leaves its light.
+ChainPath ray_of_lattice(uint ray) {
+    ChainLattice lattice = lattices[lattice_of(ray)];
+    Light light = light_at(lattice.light);
+    uvec2 place = uvec2((ray - lattice.first) % lattice.columns, (ray - lattice.first) / lattice.columns);
+    vec3 at = lattice.origin + (float(place.x) + 0.5) * lattice.edge_u + (float(place.y) + 0.5) * lattice.edge_v;
+    uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
+    ChainPath path;
+    path.triangle = NO_TRIANGLE;
+    path.counts = level << 16;
+    path.media = path.unused = uvec2(0);
+    float area = length(cross(lattice.edge_u, lattice.edge_v));
+    Changes changes;
+    changes.place[2] = changes.place[3] = changes.direction[2] = changes.direction[3] = vec3(0.0);
+    if (light.is_lamp == 0) {
+        path.position = at;
+        path.direction = lattice.direction;
+        path.flux = light.power * area;
+        changes.place[0] = lattice.edge_u;
+        changes.place[1] = lattice.edge_v;
+        changes.direction[0] = changes.direction[1] = vec3(0.0);
+    } else {
+        vec3 way = at - light.place;
+        float distance_ = length(way);
+        path.position = light.place;
+        path.direction = way / distance_;
+        // The solid angle of the cell.
+        float cosine = abs(dot(path.direction, cross(lattice.edge_u, lattice.edge_v))) / area;
+        path.flux = light.power * (area * cosine / (distance_ * distance_));
+        changes.place[0] = changes.place[1] = vec3(0.0);
+        changes.direction[0] = normalize_change(way, lattice.edge_u);
+        changes.direction[1] = normalize_change(way, lattice.edge_v);
+    }
+    path.first_flux = max(max(path.flux.x, path.flux.y), path.flux.z);
+    set_changes(path, changes);
+    return path;
+}
+
+// The surface that a path meets, on the side where it arrives.
+struct Met {
+    Object object;
+    bool is_interface;  // else the path goes on as if nothing were there
+    vec3 geometric;     // unit
+    vec3 normal;        // about which light is reflected and refracted, unit
+    float side;         // -1 on the back
+    float eta;          // index before the surface over that behind; 0: it only reflects
+    uvec2 before;       // media
+    uvec2 behind;
+    vec3 flux;          // that arrives, W
+    vec3 reflectance;
+};
+
+// Returns false where the path ends: at a diffuse surface, on the back of a mirror, or at another caster than that of the lattice.
+bool meet(ChainPath path, ChainHit hit, uint ray, bool is_first, out Met met) {
+    if (hit.triangle == NO_TRIANGLE) return false;
+    Triangle triangle = triangle_at(hit.triangle);
+    met.object = object_at(triangle.object);
+    if (met.object.kind == DIFFUSE) return false;
+    if (is_first && lattices[lattice_of(ray)].object != triangle.object) return false;
+    met.geometric = normalize(cross(triangle.edge1, triangle.edge2));
+    bool front = dot(met.geometric, path.direction) < 0.0;
+    if (!front && met.object.kind != DIELECTRIC) return false;
+    met.side = front ? 1.0 : -1.0;
+    met.geometric *= met.side;
+    media_at(path.media, triangle.object, met.object, front, met.before, met.behind);
+    Medium from = filling(met.before);
+    Medium to = filling(met.behind);
+    bool is_body = met.object.kind == DIELECTRIC && !is_sheet(met.object);
+    met.is_interface = !is_body || from.object != to.object;
+    met.flux = path.flux;
+    bool is_from_sun = is_first && light_at(lattices[lattice_of(ray)].light).is_lamp == 0;
+    if (from.absorption != vec3(0.0) && !is_from_sun) met.flux *= exp(-hit.distance * from.absorption);
+    if (!met.is_interface) return true;
+
+    Normals corner = normals_at(hit.triangle);
+    vec2 w = hit.barycentric;
+    vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2) * met.side;
+    vec3 s = -path.direction;
+    bool is_bent = dot(n, s) > 0.0 && dot(met.geometric, mirrored(s, n)) > 0.0;
+    if (is_first) {
+        // An element of the surface receives light by its interpolated normal.
+        if (!(dot(n, s) > 0.0)) return false;
+        met.flux *= dot(n, s) / dot(met.geometric, s);
+    } else if (!is_bent) {
+        n = met.geometric;
+    }
+    met.normal = n;
+    float cosine = dot(n, s);
+    met.eta = met.object.kind != DIELECTRIC ? 0.0 : is_sheet(met.object) ? 1.0 : from.ior / to.ior;
+    if (met.object.kind == CONDUCTOR) {
+        met.reflectance = fresnel_conductor(cosine, met.object.index / from.ior, met.object.extinction / from.ior);
+    } else if (met.object.kind == DIELECTRIC) {
+        met.reflectance = vec3(is_sheet(met.object) ? sheet_reflectance(met.object, cosine, from.ior) : fresnel_dielectric(cosine, met.eta));
+    } else {
+        met.reflectance = met.object.color;
+    }
+    return true;
+}
+
+// A branch that leaves a surface.
+struct Branch {
+    bool is_followed;
+    vec3 direction;
+    vec3 flux;
+    bool is_weak;
+};
+
+// The reflected (0) and the refracted (1) branch.
+void branches_of(ChainPath path, Met met, out Branch branches[2]) {
+    vec3 s = -path.direction;
+    bool reflects_more = met.reflectance.x > 0.5;
+    bool has_choice = met.eta > 0.0 && met.reflectance.x < 1.0;
+    uint weak = weak_branches_of(path);
+    for (int i = 0; i < 2; i++) {
+        Branch branch;
+        branch.direction = i == 0 ? mirrored(s, met.normal) : outgoing_direction(s, met.normal, met.eta);
+        branch.flux = met.flux * (i == 0 ? met.reflectance : 1.0 - met.reflectance);
+        bool exists = i == 0 || met.eta > 0.0 && met.reflectance.x < 1.0;
+        float ahead = dot(met.geometric, branch.direction) * (i == 0 ? 1.0 : -1.0);
+        branch.is_weak = has_choice && (i == 0) != reflects_more;
+        branch.is_followed = exists && ahead > 0.0;
+        float share = max(max(branch.flux.x, branch.flux.y), branch.flux.z) / path.first_flux;
+        share *= exp2(-2.0 * float(weak));
+        if (branch.is_weak) {
+            branch.is_followed = branch.is_followed && weak < MAX_WEAK && lattice_level_of(path) > weak;
+            branch.flux *= 4.0;
+        }
+        branch.is_followed = branch.is_followed && share >= LEAST_SHARE;
+        branches[i] = branch;
+    }
+}
+
+// The part of a path's light on the plane of a receiver.
+struct Landing {
+    vec2 centre;     // texels of the light-map image
+    float distance_; // m
+    mat2 of_cell;    // changes over the cell and roots of the light's covariance, texels
+    mat2 of_light;
+};
+
+// Returns false where the receiver gets none of it. What a ray sends past the edge of the receiver that it meets, another one
+// behind that edge gets.
+bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out Landing landing) {
+    vec3 r = path.direction;
+    float along = dot(r, receiver.normal);
+    float away = dot(receiver.origin - path.position, receiver.normal);
+    if (!(along < 0.0 && away < 0.0)) return false;
+    landing.distance_ = away / along;
+    landing.centre = to_texels(receiver, path.position + landing.distance_ * r);
+    vec2 low = vec2(receiver.tile_x, receiver.tile_y);
+    vec2 high = low + vec2(receiver.width, receiver.height);
+    if (landing.distance_ > hit.distance * 1.0001) {
+        Object met = object_at(triangle_at(hit.triangle).object);
+        bool is_inside = all(greaterThanEqual(landing.centre, low)) && all(lessThan(landing.centre, high));
+        bool is_receiver = met.kind == DIFFUSE && met.receiver >= 0 && met.is_mesh == 0;
+        if (is_inside || !is_receiver || met.receiver == int(index)) return false;
+    }
+    Changes changes = changes_of(path);
+    float t = landing.distance_;
+    for (int i = 0; i < 2; i++) {
+        landing.of_cell[i] = landing_change(receiver, r, changes.place[i] + t * changes.direction[i]);
+        landing.of_light[i] = landing_change(receiver, r, changes.place[i + 2] + t * changes.direction[i + 2]);
+    }
+    landing.of_cell *= sqrt(push.spread);
+    vec2 variance = landing.of_cell[0] * landing.of_cell[0] + landing.of_cell[1] * landing.of_cell[1]
+        + landing.of_light[0] * landing.of_light[0] + landing.of_light[1] * landing.of_light[1] + 1.0 / 12.0;
+    vec2 reach = sqrt(CHAIN_SUPPORT * variance);
+    return all(lessThan(reach, vec2(1e6))) && all(greaterThan(landing.centre + reach, low)) && all(lessThan(landing.centre - reach, high));
+}

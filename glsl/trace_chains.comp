@@ -1,0 +1,59 @@
+// trace chains: finds what the rays of a wave of chains meet, and counts the branches and the footprints of each.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 64) in;
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
+layout(std430, binding = 6) readonly buffer Lattices { ChainLattice lattices[]; };
+layout(std430, binding = 7) readonly buffer Paths { ChainPath paths[]; };
+layout(std430, binding = 8) writeonly buffer Hits { ChainHit hits[]; };
+layout(std430, binding = 9) writeonly buffer Numbers { uvec2 numbers[]; }; // branches, footprints
+layout(std430, binding = 10) buffer Waves { uint waves[]; };
+#include "chain_push.glsl"
+
+#include "blocks.glsl"
+#include "trace.glsl"
+#include "light.glsl"
+#include "optics.glsl"
+#include "media.glsl"
+#include "planar_receiver.glsl"
+#include "chain.glsl"
+
+void main() {
+    uint index = thread_index();
+    bool is_first = push.is_first != 0;
+    if (is_first && index == 0) waves[6] = push.ray_count;
+    if (index >= (is_first ? push.ray_count : waves[6])) return;
+    // Not `?:`, which glslc compiles wrongly for structs in buffers.
+    ChainPath path;
+    if (is_first) path = ray_of_lattice(index); else path = paths[index];
+    Hit nearest_ = nearest(path.position, path.direction, path.triangle, OCCLUDES | IS_MESH_RECEIVER);
+    ChainHit hit = ChainHit(nearest_.distance, nearest_.triangle, nearest_.barycentric);
+    hits[index] = hit;
+
+    uvec2 number = uvec2(0);
+    Met met;
+    if (meet(path, hit, index, is_first, met)) {
+        if (!met.is_interface) {
+            number.x = 1;
+        } else if (interfaces_of(path) < push.max_interfaces) {
+            Branch branches[2];
+            branches_of(path, met, branches);
+            number.x = uint(branches[0].is_followed) + uint(branches[1].is_followed);
+        }
+    }
+    // Light of a single surface is that of the facets.
+    if (interfaces_of(path) > 1) {
+        for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
+            Landing landing;
+            if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) number.y++;
+        }
+    }
+    numbers[index] = number;
+}
