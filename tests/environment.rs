@@ -10,7 +10,7 @@ use common::{
 };
 use glam::DVec3;
 use nephroid::render::Settings;
-use nephroid::scene::{EnvironmentMap, LightKind, MaterialKind, Scene};
+use nephroid::scene::{Dielectric, EnvironmentMap, LightKind, MaterialKind, Scene};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 

@@ -11,8 +11,8 @@ use nephroid::Error;
 use nephroid::optics::fresnel_dielectric;
 use nephroid::reference::{Options, View, view};
 use nephroid::scene::{
-    Camera, EnvironmentMap, Geometry, Light, LightKind, Material, MaterialKind, Mesh, Object, Rect,
-    Scene,
+    Camera, Dielectric, EnvironmentMap, Geometry, Light, LightKind, MAX_INTERFACES, Material,
+    MaterialKind, Mesh, Object, Rect, Scene,
 };
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -330,12 +330,8 @@ fn splat_chains(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
-    let next = |r: &mut Recorder| {
-        r.barrier(
-            Access::COMPUTE,
-            Access::COMPUTE.and(Access::INDIRECT_READ),
-        )
-    };
+    let next =
+        |r: &mut Recorder| r.barrier(Access::COMPUTE, Access::COMPUTE.and(Access::INDIRECT_READ));
     recorder.pass("clear waves", |r| {
         chains.record_clear(r);
         r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);

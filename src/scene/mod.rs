@@ -58,7 +58,7 @@ pub struct Scene {
 }
 
 /// [`Scene::max_interfaces`] where a scene does not say.
-pub const MAX_INTERFACES: u32 = 16;
+pub const MAX_INTERFACES: u32 = 1;
 
 /// Pinhole camera.
 #[derive(Debug, Clone)]

@@ -57,7 +57,11 @@ impl DeviceLattices {
             buffer: Buffer::new(context, "lattices", bytes)?,
             count: 0,
             ray_count: 0,
-            ray_capacity: if is_needed { (1.5 * rays + slack) as u32 } else { 0 },
+            ray_capacity: if is_needed {
+                (1.5 * rays + slack) as u32
+            } else {
+                0
+            },
             is_needed,
             bounds: vec![None; scene.objects.len()],
         })

@@ -19,7 +19,7 @@ const PATHS_PER_RAY: f64 = 1.5;
 /// Footprints over the rays of the lattices.
 const FOOTPRINTS_PER_RAY: f64 = 4.0;
 /// Variance of a kernel over the square of the lattice's cell. Less leaves gaps where the cells' images do not join.
-const SPREAD: f32 = 0.13;
+const SPREAD: f32 = 0.2;
 /// Words of the buffer of waves: see advance_chains.comp.
 const WAVE_WORDS: u32 = 14;
 const DRAW_WORD: u32 = 9;
