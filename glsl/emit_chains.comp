@@ -38,7 +38,7 @@ ChainPath next_path(ChainPath path, ChainHit hit, Met met, Branch branch, bool r
     Changes changes = changes_of(path);
     float along = dot(d, met.geometric);
     vec3 n0 = (1.0 - hit.barycentric.x - hit.barycentric.y) * corner.n0 + hit.barycentric.x * corner.n1 + hit.barycentric.y * corner.n2;
-    bool is_smooth = met.is_interface && met.normal != met.geometric;
+    bool is_smooth = met.normal != met.geometric;
     float e11 = dot(triangle.edge1, triangle.edge1);
     float e12 = dot(triangle.edge1, triangle.edge2);
     float e22 = dot(triangle.edge2, triangle.edge2);
@@ -58,7 +58,6 @@ ChainPath next_path(ChainPath path, ChainHit hit, Met met, Branch branch, bool r
         if (is_first && i >= 2) place = vec3(0.0);
         place -= d * (dot(place, met.geometric) / along);
         changes.place[i] = place;
-        if (!met.is_interface) continue;
         vec3 dn = vec3(0.0);
         if (is_smooth) {
             float p1 = dot(place, triangle.edge1);
@@ -71,23 +70,18 @@ ChainPath next_path(ChainPath path, ChainHit hit, Met met, Branch branch, bool r
     ChainPath next;
     next.position = path.position + hit.distance * d;
     next.triangle = hit.triangle;
-    next.direction = d;
+    next.direction = branch.direction;
     next.first_flux = path.first_flux;
-    next.flux = met.flux;
-    next.counts = path.counts;
-    next.media = refracts || !met.is_interface ? met.behind : met.before;
+    if (is_first) next.first_flux *= max(max(met.flux.x, met.flux.y), met.flux.z) / max(max(path.flux.x, path.flux.y), path.flux.z);
+    next.flux = branch.flux;
+    next.counts = path.counts + 1;
+    next.media = refracts ? met.behind : met.before;
     next.unused = uvec2(0);
-    if (met.is_interface) {
-        next.direction = branch.direction;
-        next.flux = branch.flux;
-        next.counts += 1;
-        if (is_first) next.first_flux *= max(max(met.flux.x, met.flux.y), met.flux.z) / max(max(path.flux.x, path.flux.y), path.flux.z);
-        if (branch.is_weak) {
-            next.counts += 1 << 8;
-            for (int i = 0; i < 2; i++) {
-                changes.place[i] *= 2.0;
-                changes.direction[i] *= 2.0;
-            }
+    if (branch.is_weak) {
+        next.counts += 1 << 8;
+        for (int i = 0; i < 2; i++) {
+            changes.place[i] *= 2.0;
+            changes.direction[i] *= 2.0;
         }
     }
     set_changes(next, changes);
@@ -141,16 +135,12 @@ void main() {
     place.y += waves[7];
 
     Met met;
-    if (meet(path, hit, index, is_first, met)) {
-        if (!met.is_interface) {
-            if (place.x < push.path_capacity) next_paths[place.x] = next_path(path, hit, met, Branch(true, path.direction, met.flux, false), false, index, is_first);
-        } else if (interfaces_of(path) < push.max_interfaces) {
-            Branch branches[2];
-            branches_of(path, met, branches);
-            for (int i = 0; i < 2; i++) {
-                if (!branches[i].is_followed || place.x >= push.path_capacity) continue;
-                next_paths[place.x++] = next_path(path, hit, met, branches[i], i == 1, index, is_first);
-            }
+    if (interfaces_of(path) < push.max_interfaces && meet(path, hit, index, is_first, met)) {
+        Branch branches[2];
+        branches_of(path, met, branches);
+        for (int i = 0; i < 2; i++) {
+            if (!branches[i].is_followed || place.x >= push.path_capacity) continue;
+            next_paths[place.x++] = next_path(path, hit, met, branches[i], i == 1, index, is_first);
         }
     }
     if (interfaces_of(path) > 1) {

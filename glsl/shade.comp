@@ -4,6 +4,7 @@
 #include "gpu_types.glsl"
 
 #include "shade.glsl"
+#include "media.glsl"
 
 // Segments of a camera ray and of all rays that it splits into.
 const int MAX_SEGMENTS = 32;
@@ -13,7 +14,7 @@ const int MAX_WAITING = 6;
 // Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known.
 vec3 radiance(vec3 direction, uint first) {
     vec3 sum = vec3(0.0);
-    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0));
+    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0));
     Ray waiting[MAX_WAITING];
     int count = 0;
     Hit hit = hit_on(first, push.eye, direction);
@@ -32,11 +33,24 @@ vec3 radiance(vec3 direction, uint first) {
             vec2 w = hit.barycentric;
             vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
             if (object.kind == DIFFUSE) {
-                if (front) sum += ray.weight * albedo_of(object) / PI * irradiance(triangle.object, hit.triangle, x, w);
+                vec3 absorption = filling(ray.media).absorption;
+                if (front) sum += ray.weight * exp(-hit.distance * absorption) * albedo_of(object) / PI * irradiance(triangle.object, hit.triangle, x, w);
             } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MAX_BOUNCES) {
+                uvec2 before, behind;
+                media_at(ray.media, object, front, before, behind);
+                Medium from = filling(before);
+                Medium to = filling(behind);
+                if (from.absorption != vec3(0.0)) ray.weight *= exp(-hit.distance * from.absorption);
+                bool is_body = object.kind == DIELECTRIC && !is_sheet(object);
+                if (is_body && from.number == to.number) {
+                    // One body ends within another.
+                    ray = Ray(x, hit.triangle, ray.direction, ray.bounces, ray.weight, behind);
+                    hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
+                    continue;
+                }
                 Normals corner = normals_at(hit.triangle);
                 vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
-                float eta = eta_of(object, front);
+                float eta = is_body ? from.ior / to.ior : eta_of(object, front);
                 if (!front) {
                     n = -n;
                     geometric = -geometric;
@@ -45,9 +59,9 @@ vec3 radiance(vec3 direction, uint first) {
                 // it.
                 if (!(dot(mirrored(-ray.direction, n), geometric) > 0.0)) n = geometric;
                 vec3 share = reflected_share(object, dot(n, -ray.direction), eta);
-                Ray reflected = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share);
+                Ray reflected = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share, before);
                 vec3 refracted = eta == 0.0 ? vec3(0.0) : outgoing_direction(-ray.direction, n, eta);
-                Ray through = Ray(x, hit.triangle, refracted, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta);
+                Ray through = Ray(x, hit.triangle, refracted, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta, behind);
                 ray = reflected;
                 bool passes = refracted != vec3(0.0) && any(greaterThan(through.weight, vec3(MIN_WEIGHT)));
                 bool returns = any(greaterThan(ray.weight, vec3(MIN_WEIGHT)));

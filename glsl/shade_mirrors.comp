@@ -8,7 +8,7 @@
 // Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known. Light is looked up once,
 // where the last ray ends.
 vec3 radiance(vec3 direction, uint first) {
-    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0));
+    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0));
     Hit hit = hit_on(first, push.eye, direction);
     Triangle triangle;
     Object object;

@@ -25,6 +25,35 @@ layout(std430, binding = 10) buffer Waves { uint waves[]; };
 #include "planar_receiver.glsl"
 #include "chain.glsl"
 
+// Ends of displaced bodies on a ray, at most.
+const uint MAX_PASSED = 16;
+
+// The nearest interface, mirror or diffuse surface. Where one body ends within another that displaces it, the ray goes on as if
+// nothing were there.
+ChainHit hit_of(ChainPath path) {
+    float travelled = 0.0;
+    vec3 origin = path.position;
+    uint self = path.triangle;
+    uvec2 media = path.media;
+    for (uint i = 0; i < MAX_PASSED; i++) {
+        Hit hit = nearest(origin, path.direction, self, OCCLUDES | IS_MESH_RECEIVER);
+        ChainHit found = ChainHit(travelled + hit.distance, hit.triangle, hit.barycentric, media, uvec2(0));
+        if (hit.triangle == NO_TRIANGLE) return found;
+        Triangle triangle = triangle_at(hit.triangle);
+        Object object = object_at(triangle.object);
+        if (object.kind != DIELECTRIC || is_sheet(object)) return found;
+        uvec2 before, behind;
+        bool front = dot(cross(triangle.edge1, triangle.edge2), path.direction) < 0.0;
+        media_at(media, object, front, before, behind);
+        if (filling(before).number != filling(behind).number) return found;
+        travelled += hit.distance;
+        origin += hit.distance * path.direction;
+        self = hit.triangle;
+        media = behind;
+    }
+    return ChainHit(FAR, NO_TRIANGLE, vec2(0.0), media, uvec2(0));
+}
+
 void main() {
     uint index = thread_index();
     bool is_first = push.is_first != 0;
@@ -33,20 +62,15 @@ void main() {
     // Not `?:`, which glslc compiles wrongly for structs in buffers.
     ChainPath path;
     if (is_first) path = ray_of_lattice(index); else path = paths[index];
-    Hit nearest_ = nearest(path.position, path.direction, path.triangle, OCCLUDES | IS_MESH_RECEIVER);
-    ChainHit hit = ChainHit(nearest_.distance, nearest_.triangle, nearest_.barycentric);
+    ChainHit hit = hit_of(path);
     hits[index] = hit;
 
     uvec2 number = uvec2(0);
     Met met;
-    if (meet(path, hit, index, is_first, met)) {
-        if (!met.is_interface) {
-            number.x = 1;
-        } else if (interfaces_of(path) < push.max_interfaces) {
-            Branch branches[2];
-            branches_of(path, met, branches);
-            number.x = uint(branches[0].is_followed) + uint(branches[1].is_followed);
-        }
+    if (interfaces_of(path) < push.max_interfaces && meet(path, hit, index, is_first, met)) {
+        Branch branches[2];
+        branches_of(path, met, branches);
+        number.x = uint(branches[0].is_followed) + uint(branches[1].is_followed);
     }
     // Light of a single surface is that of the facets.
     if (interfaces_of(path) > 1) {

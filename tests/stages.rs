@@ -366,7 +366,7 @@ fn a_footprint_is_folded_at_the_plane_of_its_patch() {
 fn total_reflection_refracts_nothing() {
     let glass = |index: f32| Object {
         kind: DIELECTRIC,
-        index: Vec3::splat(index),
+        index: vec3(index, 0.0, 0.0),
         ..Object::zeroed()
     };
     let mean = IRRADIANCE.element_sum() / 3.0 * AREA * FRAC_1_SQRT_2;

@@ -24,6 +24,9 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("meshes/pot.obj", pot().into()),
         ("meshes/cup.obj", cup().into()),
         ("meshes/cup.mtl", CUP_MTL.into()),
+        ("meshes/glass_ball.obj", glass_ball().into()),
+        ("meshes/tumbler.obj", tumbler().into()),
+        ("meshes/drink.obj", drink().into()),
         ("environments/constant.hdr", constant_environment()),
         ("environments/studio.hdr", studio()),
         ("environments/sunny.hdr", sunny()),
@@ -56,6 +59,68 @@ fn ring() -> String {
         (radius * out + HEIGHT * DVec3::Y, DVec3::Y)
     });
     obj.text
+}
+
+/// Sphere of radius 0.5 around the origin, the corners on the sphere: an icosahedron divided five times.
+fn glass_ball() -> String {
+    const RADIUS: f64 = 0.5;
+    let (directions, triangles) = icosphere(5);
+    let mut obj = Obj::new("sphere around the origin, 20480 triangles, radius 0.5 m");
+    for corners in triangles {
+        let corners = corners.map(|corner| {
+            let direction = directions[corner];
+            obj.corner(RADIUS * direction, direction)
+        });
+        obj.face(&corners);
+    }
+    obj.text
+}
+
+/// Height of the underside of the tumbler and the drink over y = 0, m: what it stands on does not touch it.
+const GAP: f64 = 0.001;
+
+/// Straight-walled drinking glass around the y axis: outside radius 0.4, inside 0.36, height 0.9, bottom 0.1 thick.
+fn tumbler() -> String {
+    let mut obj =
+        Obj::new("tumbler: radius 0.4 m outside, 0.36 m inside, height 0.9 m, bottom 0.1 m thick");
+    wall(&mut obj, 0.4, [GAP, 0.9], 1.0);
+    wall(&mut obj, 0.36, [0.1, 0.9], -1.0);
+    annulus(&mut obj, [0.0, 0.4], GAP, -1.0, 8);
+    annulus(&mut obj, [0.0, 0.36], 0.1, 1.0, 8);
+    annulus(&mut obj, [0.36, 0.4], 0.9, 1.0, 1);
+    obj.text
+}
+
+/// What is in the tumbler. It reaches into the middle of the glass, which displaces it.
+fn drink() -> String {
+    const SURFACE: f64 = 0.62;
+    let mut obj = Obj::new("what fills the tumbler up to 0.62 m: reaches into its wall and bottom");
+    wall(&mut obj, 0.38, [0.05, SURFACE], 1.0);
+    annulus(&mut obj, [0.0, 0.38], 0.05, -1.0, 8);
+    annulus(&mut obj, [0.0, 0.38], SURFACE, 1.0, 8);
+    obj.text
+}
+
+/// Quads around the y axis, for [`wall`] and [`annulus`].
+const AROUND: usize = 192;
+
+/// Wall of an upright cylinder around the y axis; the front faces outward, or inward where `side` is −1.
+fn wall(obj: &mut Obj, radius: f64, [low, high]: [f64; 2], side: f64) {
+    const ROWS: usize = 16;
+    obj.grid([AROUND, ROWS], |i, j| {
+        let out = around(-side * TAU * (i % AROUND) as f64 / AROUND as f64);
+        let height = low + (high - low) * j as f64 / ROWS as f64;
+        (radius * out + height * DVec3::Y, side * out)
+    });
+}
+
+/// Flat ring or disc around the y axis; the front faces up, or down where `side` is −1.
+fn annulus(obj: &mut Obj, [inner, outer]: [f64; 2], height: f64, side: f64, rows: usize) {
+    obj.grid([AROUND, rows], |i, j| {
+        let out = around(side * TAU * (i % AROUND) as f64 / AROUND as f64);
+        let radius = inner + (outer - inner) * j as f64 / rows as f64;
+        (radius * out + height * DVec3::Y, side * DVec3::Y)
+    });
 }
 
 /// Inside of the half x > 0 of an upright cylinder around the y axis: radius 1, height 0.4.

@@ -108,7 +108,6 @@ ChainPath ray_of_lattice(uint ray) {
 // The surface that a path meets, on the side where it arrives.
 struct Met {
     Object object;
-    bool is_interface;  // else the path goes on as if nothing were there
     vec3 geometric;     // unit
     vec3 normal;        // about which light is reflected and refracted, unit
     float side;         // -1 on the back
@@ -131,15 +130,12 @@ bool meet(ChainPath path, ChainHit hit, uint ray, bool is_first, out Met met) {
     if (!front && met.object.kind != DIELECTRIC) return false;
     met.side = front ? 1.0 : -1.0;
     met.geometric *= met.side;
-    media_at(path.media, triangle.object, met.object, front, met.before, met.behind);
+    media_at(hit.media, met.object, front, met.before, met.behind);
     Medium from = filling(met.before);
     Medium to = filling(met.behind);
-    bool is_body = met.object.kind == DIELECTRIC && !is_sheet(met.object);
-    met.is_interface = !is_body || from.object != to.object;
     met.flux = path.flux;
     bool is_from_sun = is_first && light_at(lattices[lattice_of(ray)].light).is_lamp == 0;
     if (from.absorption != vec3(0.0) && !is_from_sun) met.flux *= exp(-hit.distance * from.absorption);
-    if (!met.is_interface) return true;
 
     Normals corner = normals_at(hit.triangle);
     vec2 w = hit.barycentric;

@@ -46,7 +46,7 @@ struct Object {
     vec3 color;      // mirror: reflectance; diffuse surface: albedo
     uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC
     vec3 index;      // of refraction; dielectric: index behind the front face, priority, 1 for a sheet
-    int receiver;    // index among the receivers of its kind, or NO_RECEIVER
+    int receiver;    // index among the receivers of its kind, or NO_RECEIVER; dielectric: the first object with the same medium
     vec3 extinction; // conductor: extinction coefficient; dielectric: absorption, 1/m
     uint is_mesh;    // 1: `receiver` is the index of a MeshReceiver; 0: of a PlanarReceiver
 };
@@ -347,11 +347,13 @@ struct ChainPath {
     uvec2 unused;
 };
 
-// What a chain's ray meets.
+// What a chain's ray meets: an interface, a mirror or a diffuse surface. `media` are those before it.
 struct ChainHit {
     float distance;
     uint triangle;
     vec2 barycentric;
+    uvec2 media;
+    uvec2 unused;
 };
 
 // The flux of one traced point over the area of the texel that it meets.

@@ -1,6 +1,6 @@
-// The medium that a ray is in: nested and overlapping dielectrics by priority (Schmidt & Budge 2002). A list of up to four
-// objects that contain a place, in the order in which the ray entered them: 16 bits each, one more than the object's number;
-// 0: none. The including shader declares `objects`.
+// The medium that a ray is in: nested and overlapping bodies by priority (Schmidt & Budge 2002). A list of the media of up to
+// four bodies that contain a place, in the order in which the ray entered them: 16 bits each, one more than `Object.receiver` of
+// the body; 0: none. The including shader declares `objects`.
 
 const uint MEDIA_SLOTS = 4;
 
@@ -13,34 +13,37 @@ uvec2 with_medium(uvec2 media, uint slot, uint medium) {
     return slot < 2 ? uvec2(media.x | bits, media.y) : uvec2(media.x, media.y | bits);
 }
 
-uvec2 without_object(uvec2 media, uint object) {
+// One body of the medium `removed` less, the one that was entered last, if there is one.
+uvec2 without_medium(uvec2 media, uint removed) {
+    uint last = MEDIA_SLOTS;
+    for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
+        if (medium_in(media, slot) == removed) last = slot;
+    }
     uvec2 left = uvec2(0);
     uint count = 0;
     for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
         uint medium = medium_in(media, slot);
-        if (medium != 0 && medium != object + 1) left = with_medium(left, count++, medium);
+        if (medium != 0 && slot != last) left = with_medium(left, count++, medium);
     }
     return left;
 }
 
-uvec2 with_object(uvec2 media, uint object) {
-    uint count = 0;
+// One body more. Of more than four, the ones entered last are left out.
+uvec2 and_medium(uvec2 media, uint added) {
     for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
-        uint medium = medium_in(media, slot);
-        if (medium == object + 1) return media;
-        if (medium != 0) count++;
+        if (medium_in(media, slot) == 0) return with_medium(media, slot, added);
     }
-    return count < MEDIA_SLOTS ? with_medium(media, count, object + 1) : media;
+    return media;
 }
 
-// What fills a place: index of refraction, and absorption in 1/m. `object` is one more than its number; 0: air.
+// What fills a place: index of refraction, and absorption in 1/m. `number` is 0 for air.
 struct Medium {
     float ior;
     vec3 absorption;
-    uint object;
+    uint number;
 };
 
-// Of equal priorities, the object that was entered last.
+// Of equal priorities, the body that was entered last.
 Medium filling(uvec2 media) {
     Medium found = Medium(1.0, vec3(0.0), 0);
     float highest = -FAR;
@@ -55,13 +58,16 @@ Medium filling(uvec2 media) {
     return found;
 }
 
-// The media on both sides of the surface of an object, on the front or the back of which a ray arrives that was in `media`.
-// A ray on the back of a dielectric was in it.
-void media_at(uvec2 media, uint number, Object object, bool front, out uvec2 before, out uvec2 behind) {
+// The media on both sides of a surface, on the front or the back of which a ray arrives that was in `media`. A ray on the back of
+// a body was in it.
+void media_at(uvec2 media, Object object, bool front, out uvec2 before, out uvec2 behind) {
     before = behind = media;
     if (object.kind != DIELECTRIC || is_sheet(object)) return;
-    uvec2 outside = without_object(media, number);
-    uvec2 inside = with_object(media, number);
-    before = front ? outside : inside;
-    behind = front ? inside : outside;
+    uint medium = uint(object.receiver) + 1;
+    if (front) {
+        behind = and_medium(media, medium);
+        return;
+    }
+    behind = without_medium(media, medium);
+    if (behind == media) before = and_medium(media, medium);
 }

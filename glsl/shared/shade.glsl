@@ -93,6 +93,7 @@ struct Ray {
     vec3 direction;
     int bounces;
     vec3 weight;
+    uvec2 media;     // see media.glsl
 };
 
 // The hit of a ray on the surface around a triangle that it is known to meet within a pixel.

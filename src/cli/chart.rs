@@ -259,7 +259,18 @@ mod tests {
             let scene = load_scene(file).unwrap().scene;
             assert!(find_receiver(file, &scene, None).is_ok());
         }
-        known.extend(shipped::named(&["coffee", "globe", "pool_sky", "table"]).unwrap());
+        known.extend(
+            shipped::named(&[
+                "coffee",
+                "glass_ball",
+                "globe",
+                "pool_sky",
+                "table",
+                "tumbler",
+                "two_mirrors",
+            ])
+            .unwrap(),
+        );
         known.sort();
         assert_eq!(known, shipped::all().unwrap());
     }

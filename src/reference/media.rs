@@ -4,31 +4,51 @@
 use crate::scene::{Dielectric, MaterialKind, Scene};
 use glam::DVec3;
 
-/// Dielectrics around a place, at most.
+/// Bodies around a place, at most.
 const MAX_NESTED: usize = 16;
 
-/// The dielectrics of a scene, by object.
-pub struct Dielectrics(Vec<Option<Dielectric>>);
+/// The media of a scene. Objects of equal dielectrics are one medium, so that a body may consist of several.
+pub struct Dielectrics {
+    media: Vec<Dielectric>,
+    /// By object; `None` where it is no body.
+    of_objects: Vec<Option<u32>>,
+}
 
 impl Dielectrics {
     pub fn of(scene: &Scene) -> Self {
-        let of_object = |object: &crate::scene::Object| match scene.materials[object.material].kind
-        {
-            MaterialKind::Dielectric(dielectric) => Some(dielectric),
-            _ => None,
-        };
-        Self(scene.objects.iter().map(of_object).collect())
+        let kinds = scene
+            .objects
+            .iter()
+            .map(|object| &scene.materials[object.material].kind);
+        Self::of_kinds(kinds)
     }
 
-    fn get(&self, object: u32) -> Option<&Dielectric> {
-        self.0[object as usize].as_ref()
+    fn of_kinds<'a>(kinds: impl Iterator<Item = &'a MaterialKind>) -> Self {
+        let mut media: Vec<Dielectric> = Vec::new();
+        let of_objects = kinds
+            .map(|kind| match kind {
+                MaterialKind::Dielectric(dielectric) if !dielectric.thin => {
+                    let known = media.iter().position(|medium| medium == dielectric);
+                    Some(known.unwrap_or_else(|| {
+                        media.push(*dielectric);
+                        media.len() - 1
+                    }) as u32)
+                }
+                _ => None,
+            })
+            .collect();
+        Self { media, of_objects }
+    }
+
+    fn get(&self, medium: u32) -> &Dielectric {
+        &self.media[medium as usize]
     }
 }
 
-/// The dielectric objects that contain a place, in the order in which light entered them.
+/// The media of the bodies that contain a place, in the order in which light entered them; a medium as often as bodies of it.
 #[derive(Clone, Copy, Default)]
 pub struct Media {
-    objects: [u32; MAX_NESTED],
+    bodies: [u32; MAX_NESTED],
     count: usize,
 }
 
@@ -43,46 +63,43 @@ pub struct Sides {
 }
 
 impl Media {
-    fn objects(&self) -> &[u32] {
-        &self.objects[..self.count]
+    fn bodies(&self) -> &[u32] {
+        &self.bodies[..self.count]
     }
 
-    fn with(&self, object: u32) -> Self {
+    fn with(&self, medium: u32) -> Self {
         let mut media = *self;
-        if !self.objects().contains(&object) && self.count < MAX_NESTED {
-            media.objects[media.count] = object;
+        if self.count < MAX_NESTED {
+            media.bodies[media.count] = medium;
             media.count += 1;
         }
         media
     }
 
-    fn without(&self, object: u32) -> Self {
-        let mut media = Self::default();
-        for &other in self.objects().iter().filter(|other| **other != object) {
-            media = media.with(other);
-        }
-        media
+    /// Without the body of this medium that was entered last, if there is one.
+    fn without(&self, medium: u32) -> Option<Self> {
+        let last = self.bodies().iter().rposition(|other| *other == medium)?;
+        let mut media = *self;
+        media.bodies[last..self.count].rotate_left(1);
+        media.count -= 1;
+        Some(media)
     }
 
-    /// The object whose medium fills the place; `None` in air.
+    /// What fills the place; `None` is air.
     fn filling(&self, dielectrics: &Dielectrics) -> Option<u32> {
         // Of equal ones, the last.
-        let priority = |object: &u32| dielectrics.get(*object).map(|d| d.priority);
-        self.objects().iter().copied().max_by_key(priority)
+        let priority = |medium: &u32| dielectrics.get(*medium).priority;
+        self.bodies().iter().copied().max_by_key(priority)
     }
 
     fn ior(&self, dielectrics: &Dielectrics) -> f64 {
-        (self.filling(dielectrics))
-            .and_then(|object| dielectrics.get(object))
-            .map_or(1.0, |dielectric| dielectric.ior)
+        (self.filling(dielectrics)).map_or(1.0, |medium| dielectrics.get(medium).ior)
     }
 
     /// Share of light that is left after `length`, m. All of it is left on the way from a sun, which is in no medium.
     pub fn transmittance(&self, dielectrics: &Dielectrics, length: f64) -> DVec3 {
-        let filling = self
-            .filling(dielectrics)
-            .and_then(|object| dielectrics.get(object));
-        match filling {
+        let filling = self.filling(dielectrics);
+        match filling.map(|medium| dielectrics.get(medium)) {
             Some(dielectric) if dielectric.absorption != DVec3::ZERO && length.is_finite() => {
                 (-length * dielectric.absorption).exp()
             }
@@ -90,19 +107,21 @@ impl Media {
         }
     }
 
-    /// What light meets at the surface of `object`, on its front or its back. Light on the back of a dielectric was in it.
+    /// What light meets at the surface of `object`, on its front or its back. Light on the back of a body was in it.
     pub fn sides(&self, dielectrics: &Dielectrics, object: u32, front: bool) -> Sides {
-        let (outside, inside) = (self.without(object), self.with(object));
-        let is_body = dielectrics.get(object).is_some_and(|d| !d.thin);
-        let media = match (is_body, front) {
-            (false, _) => [*self, *self],
-            (true, true) => [outside, inside],
-            (true, false) => [inside, outside],
+        let medium = dielectrics.of_objects[object as usize];
+        let media = match medium {
+            None => [*self, *self],
+            Some(medium) if front => [*self, self.with(medium)],
+            Some(medium) => match self.without(medium) {
+                Some(outside) => [*self, outside],
+                None => [self.with(medium), *self],
+            },
         };
         let [from, to] = media.map(|media| media.filling(dielectrics));
         Sides {
             ior: media.map(|media| media.ior(dielectrics)),
-            is_interface: !is_body || from != to,
+            is_interface: medium.is_none() || from != to,
             media,
         }
     }
@@ -114,12 +133,13 @@ mod tests {
 
     fn dielectrics(all: &[(f64, i32)]) -> Dielectrics {
         let of = |&(ior, priority): &(f64, i32)| {
-            Some(Dielectric {
+            MaterialKind::Dielectric(Dielectric {
                 priority,
                 ..Dielectric::new(ior)
             })
         };
-        Dielectrics(all.iter().map(of).collect())
+        let kinds: Vec<_> = all.iter().map(of).collect();
+        Dielectrics::of_kinds(kinds.iter())
     }
 
     /// Water in a glass reaches into its wall: within the wall there is glass, and the water's surface there is none.
@@ -147,6 +167,19 @@ mod tests {
         assert!(bubble.is_interface);
         assert_eq!(bubble.ior, [1.5, 1.0]);
         assert_eq!(bubble.media[1].sides(&all, 1, false).ior, [1.0, 1.5]);
+    }
+
+    /// Two bodies of one glass that overlap are one, as are the two sides of a plate.
+    #[test]
+    fn bodies_of_one_medium_are_one() {
+        let all = dielectrics(&[(1.5, 0), (1.5, 0)]);
+        let first = Media::default().sides(&all, 0, true).media[1];
+        let both = first.sides(&all, 1, true);
+        assert!(!both.is_interface);
+        let second = both.media[1].sides(&all, 0, false);
+        assert!(!second.is_interface);
+        assert_eq!(second.media[1].sides(&all, 1, false).ior, [1.5, 1.0]);
+        assert_eq!(first.sides(&all, 1, false).ior, [1.5, 1.0]);
     }
 
     /// Light that starts within a body meets its back first.

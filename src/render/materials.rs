@@ -46,7 +46,21 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> g
         kind,
         index: index.as_vec3(),
         extinction: extinction.as_vec3(),
-        receiver: receiver.map_or(NO_RECEIVER, |(index, _)| index as i32),
+        receiver: match receiver {
+            Some((index, _)) => index as i32,
+            None => first_of_medium(scene, object).map_or(NO_RECEIVER, |first| first as i32),
+        },
         is_mesh: receiver.map_or(0, |(_, is_mesh)| u32::from(is_mesh)),
+    }
+}
+
+/// The first object with the same medium as a dielectric one.
+fn first_of_medium(scene: &Scene, object: &Object) -> Option<usize> {
+    let kind = |object: &Object| &scene.materials[object.material].kind;
+    match kind(object) {
+        MaterialKind::Dielectric(_) => {
+            (scene.objects.iter()).position(|other| kind(other) == kind(object))
+        }
+        _ => None,
     }
 }

@@ -270,7 +270,10 @@ impl Renderer {
         if self.caustic.has_even_patches() {
             notes.extend(self.scene.casters.note(self.settings.samples));
         }
-        notes.extend(diagnostics::sentences(&self.scene, environment_counts));
+        // Behind its first surface light may go on by way of any other.
+        if !self.scene.lattices.is_needed {
+            notes.extend(diagnostics::sentences(&self.scene, environment_counts));
+        }
         notes
     }
 

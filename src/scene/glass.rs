@@ -1,5 +1,10 @@
 //! Transparent media by name.
 
+use std::ops::RangeInclusive;
+
+/// Indices of refraction that a dielectric can have.
+pub const IOR: RangeInclusive<f64> = 0.1..=10.0;
+
 /// Sellmeier's equation, λ in µm:
 ///
 /// ```text

@@ -43,6 +43,7 @@ use super::file::{
     CameraEntry, FramesEntry, LightEntry, METRES, MaterialEntry, ObjectEntry, Section, SineEntry,
     Source, Triple, WavesEntry,
 };
+use super::glass::IOR;
 use super::{
     Animation, Camera, D_LINE, Dielectric, EnvironmentMap, GLASSES, Geometry, Light, LightKind,
     MAX_INTERFACES, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene, Sine, Waves,
@@ -88,8 +89,6 @@ pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
         [3.9291, 3.19, 2.3808],
     ),
 ];
-/// Of dielectrics.
-pub const IOR: RangeInclusive<f64> = 0.1..=10.0;
 const PRIORITY: RangeInclusive<i64> = -1000..=1000;
 /// Of [`Scene::max_interfaces`].
 const MOST_INTERFACES: u32 = 64;

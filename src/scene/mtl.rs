@@ -1,6 +1,6 @@
 //! Material libraries (MTL) of OBJ meshes: `newmtl`, `Kd`, `Ks`, `Ni` and `illum`, read by tobj.
 
-use super::load::IOR;
+use super::glass::IOR;
 use super::{Dielectric, MaterialKind};
 use crate::error::Result;
 use crate::input::{self, at_line};
