@@ -24,7 +24,6 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("meshes/pot.obj", pot().into()),
         ("meshes/cup.obj", cup().into()),
         ("meshes/cup.mtl", CUP_MTL.into()),
-        ("meshes/glass_ball.obj", glass_ball().into()),
         ("meshes/tumbler.obj", tumbler().into()),
         ("meshes/drink.obj", drink().into()),
         ("environments/constant.hdr", constant_environment()),
@@ -61,21 +60,6 @@ fn ring() -> String {
     obj.text
 }
 
-/// Sphere of radius 0.5 around the origin, the corners on the sphere: an icosahedron divided five times.
-fn glass_ball() -> String {
-    const RADIUS: f64 = 0.5;
-    let (directions, triangles) = icosphere(5);
-    let mut obj = Obj::new("sphere around the origin, 20480 triangles, radius 0.5 m");
-    for corners in triangles {
-        let corners = corners.map(|corner| {
-            let direction = directions[corner];
-            obj.corner(RADIUS * direction, direction)
-        });
-        obj.face(&corners);
-    }
-    obj.text
-}
-
 /// Height of the underside of the tumbler and the drink over y = 0, m: what it stands on does not touch it.
 const GAP: f64 = 0.001;
 
@@ -85,8 +69,8 @@ fn tumbler() -> String {
         Obj::new("tumbler: radius 0.4 m outside, 0.36 m inside, height 0.9 m, bottom 0.1 m thick");
     wall(&mut obj, 0.4, [GAP, 0.9], 1.0);
     wall(&mut obj, 0.36, [0.1, 0.9], -1.0);
-    annulus(&mut obj, [0.0, 0.4], GAP, -1.0, 8);
-    annulus(&mut obj, [0.0, 0.36], 0.1, 1.0, 8);
+    annulus(&mut obj, [0.0, 0.4], GAP, -1.0, 4);
+    annulus(&mut obj, [0.0, 0.36], 0.1, 1.0, 4);
     annulus(&mut obj, [0.36, 0.4], 0.9, 1.0, 1);
     obj.text
 }
@@ -96,8 +80,8 @@ fn drink() -> String {
     const SURFACE: f64 = 0.62;
     let mut obj = Obj::new("what fills the tumbler up to 0.62 m: reaches into its wall and bottom");
     wall(&mut obj, 0.38, [0.05, SURFACE], 1.0);
-    annulus(&mut obj, [0.0, 0.38], 0.05, -1.0, 8);
-    annulus(&mut obj, [0.0, 0.38], SURFACE, 1.0, 8);
+    annulus(&mut obj, [0.0, 0.38], 0.05, -1.0, 4);
+    annulus(&mut obj, [0.0, 0.38], SURFACE, 1.0, 4);
     obj.text
 }
 
@@ -106,7 +90,7 @@ const AROUND: usize = 192;
 
 /// Wall of an upright cylinder around the y axis; the front faces outward, or inward where `side` is −1.
 fn wall(obj: &mut Obj, radius: f64, [low, high]: [f64; 2], side: f64) {
-    const ROWS: usize = 16;
+    const ROWS: usize = 6;
     obj.grid([AROUND, ROWS], |i, j| {
         let out = around(-side * TAU * (i % AROUND) as f64 / AROUND as f64);
         let height = low + (high - low) * j as f64 / ROWS as f64;
