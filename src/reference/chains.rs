@@ -1,7 +1,7 @@
-//! Light on its way from one specular surface to the next.
+//! Chains: light on its way from one specular surface to the next.
 //!
-//! At its first surface light goes both ways, reflected and refracted. At those behind it goes one of them, chosen with a
-//! probability of its share, so that a chain costs one ray for each of its surfaces.
+//! The first surface sends both the reflected and the refracted ray on. Each later surface sends one of the two on, chosen with
+//! a probability of its share, so that a chain costs one ray for each of its surfaces.
 
 use crate::reference::Problem;
 use crate::reference::media::{Dielectrics, Media, Sides};
@@ -10,7 +10,7 @@ use crate::reference::sequence::Choices;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// What light meets behind its first specular surface.
+/// What chains need to know of a scene.
 pub struct Chains {
     pub dielectrics: Dielectrics,
     max_interfaces: u32,
@@ -33,8 +33,8 @@ pub struct Ray {
     pub interfaces: u32,
 }
 
-/// Where a ray meets the receiver.
-pub struct Meeting {
+/// A point on the receiver's front where light lands.
+pub struct Landing {
     pub texel: usize,
     /// m
     pub position: DVec3,
@@ -64,12 +64,12 @@ impl Chains {
 }
 
 impl Problem<'_> {
-    /// Calls `meets` with the places where light meets the receiver's front, and its flux, W.
+    /// Calls `lands` with every point where light lands on the receiver, and its flux, W.
     pub fn follow(
         &self,
         mut ray: Ray,
         choices: &mut Choices,
-        meets: &mut impl FnMut(Meeting, DVec3),
+        lands: &mut impl FnMut(&Landing, DVec3),
     ) {
         let dielectrics = &self.chains.dielectrics;
         let tolerance = self.blockers.map_or(0.0, |blockers| blockers.tolerance());
@@ -77,17 +77,17 @@ impl Problem<'_> {
             let nearest = (self.blockers)
                 .and_then(|blockers| blockers.nearest(ray.origin, ray.direction, ray.from));
             let way = nearest.map_or(f64::INFINITY, |(_, distance, _)| distance);
-            let absorbed = |distance| ray.flux * ray.media.transmittance(dielectrics, distance);
+            let transmitted = |distance| ray.flux * ray.media.transmittance(dielectrics, distance);
             (self.receiver).hits(ray.origin, ray.direction, |texel, distance, normal| {
                 if distance <= way + tolerance {
-                    let meeting = Meeting {
+                    let landing = Landing {
                         texel,
                         position: ray.origin + distance * ray.direction,
                         normal,
                         distance,
                         interfaces: ray.interfaces,
                     };
-                    meets(meeting, absorbed(distance));
+                    lands(&landing, transmitted(distance));
                 }
             });
             let Some((blocker, distance, weights)) = nearest else {
@@ -117,7 +117,7 @@ impl Problem<'_> {
             if ray.interfaces >= self.chains.max_interfaces {
                 return;
             }
-            let leaving = (mirror.surface).leaving_along_a_path(
+            let leaving = (mirror.surface).leaving_with_fallback(
                 sides.ior,
                 -ray.direction,
                 mirror.shading(weights),
@@ -140,15 +140,18 @@ impl Problem<'_> {
         }
     }
 
-    /// The media at a surface that light meets first.
+    /// The media at a surface that is the first on the way of light from the direction `toward`.
     pub fn first_sides(&self, mirror: &MirrorTriangle, toward: DVec3) -> Sides {
         let front = mirror.geometric_normal.dot(toward) > 0.0;
         Media::default().sides(&self.chains.dielectrics, mirror.object, front)
     }
 }
 
-/// The way that light goes, its probability, and the side of the surface on which it is then.
-fn choose(leaving: [Option<Leaving>; 2], choices: &mut Choices) -> Option<(Leaving, f64, usize)> {
+/// The ray to follow, its probability, and the side of the surface on which it travels: 0 before, 1 behind.
+pub fn choose(
+    leaving: [Option<Leaving>; 2],
+    choices: &mut Choices,
+) -> Option<(Leaving, f64, usize)> {
     match leaving {
         [None, None] => None,
         [Some(reflected), None] => Some((reflected, 1.0, 0)),

@@ -217,12 +217,13 @@ impl<'a> Gathering<'a> {
             return [None, None];
         }
         let bounded = cosine_x * cosine_y / (distance_squared + near_squared(self.problem));
-        let sources = (triangle.surface).leaving(out, x.normal, triangle.geometric_normal);
+        let sides = self.problem.first_sides(triangle, out);
+        let transmitted = sides.media[0].transmittance(&self.problem.chains.dielectrics, distance);
+        let sources =
+            (triangle.surface).leaving(sides.ior, out, x.normal, triangle.geometric_normal);
         sources.map(|source| {
             let source = source?;
             let toward = source.direction;
-            let [around, _] = self.problem.first_sides(triangle, out).media;
-            let left = around.transmittance(&self.problem.chains.dielectrics, distance);
             let radiance: DVec3 = (self.environments.iter())
                 .map(|environment| environment.dim_radiance(toward))
                 .sum();
@@ -232,7 +233,7 @@ impl<'a> Gathering<'a> {
                 distance,
                 toward,
                 // Backward: the light comes from where `source` leads.
-                irradiance: left * radiance * source.share / source.compression * bounded,
+                irradiance: transmitted * radiance * source.share / source.compression * bounded,
             })
         })
     }

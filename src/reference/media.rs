@@ -4,7 +4,7 @@
 use crate::scene::{Dielectric, MaterialKind, Scene};
 use glam::DVec3;
 
-/// Bodies around a place, at most.
+/// Maximum number of bodies that contain a place.
 const MAX_NESTED: usize = 16;
 
 /// The media of a scene. Objects of equal dielectrics are one medium, so that a body may consist of several.
@@ -54,11 +54,11 @@ pub struct Media {
 
 /// The media on both sides of a surface.
 pub struct Sides {
-    /// Where light comes from, and behind the surface.
+    /// Before and behind the surface, as the light travels.
     pub media: [Media; 2],
     /// Their indices of refraction.
     pub ior: [f64; 2],
-    /// Whether there is an interface. Without, light goes on as if nothing were there.
+    /// Whether they differ. Light passes straight through the surface of a body that another one displaces.
     pub is_interface: bool,
 }
 
@@ -67,7 +67,7 @@ impl Media {
         &self.bodies[..self.count]
     }
 
-    fn with(&self, medium: u32) -> Self {
+    fn enter(&self, medium: u32) -> Self {
         let mut media = *self;
         if self.count < MAX_NESTED {
             media.bodies[media.count] = medium;
@@ -76,8 +76,8 @@ impl Media {
         media
     }
 
-    /// Without the body of this medium that was entered last, if there is one.
-    fn without(&self, medium: u32) -> Option<Self> {
+    /// Leaves the body of this medium that was entered last, if there is one.
+    fn leave(&self, medium: u32) -> Option<Self> {
         let last = self.bodies().iter().rposition(|other| *other == medium)?;
         let mut media = *self;
         media.bodies[last..self.count].rotate_left(1);
@@ -96,7 +96,7 @@ impl Media {
         (self.filling(dielectrics)).map_or(1.0, |medium| dielectrics.get(medium).ior)
     }
 
-    /// Share of light that is left after `length`, m. All of it is left on the way from a sun, which is in no medium.
+    /// Transmittance of `length`, m: exp(−σ length); 1 for an infinite length, since a sun is in no medium.
     pub fn transmittance(&self, dielectrics: &Dielectrics, length: f64) -> DVec3 {
         let filling = self.filling(dielectrics);
         match filling.map(|medium| dielectrics.get(medium)) {
@@ -107,15 +107,16 @@ impl Media {
         }
     }
 
-    /// What light meets at the surface of `object`, on its front or its back. Light on the back of a body was in it.
+    /// The media on both sides of the surface of `object`, which light meets on its front or its back. Light that meets the back
+    /// of a body was in it.
     pub fn sides(&self, dielectrics: &Dielectrics, object: u32, front: bool) -> Sides {
         let medium = dielectrics.of_objects[object as usize];
         let media = match medium {
             None => [*self, *self],
-            Some(medium) if front => [*self, self.with(medium)],
-            Some(medium) => match self.without(medium) {
+            Some(medium) if front => [*self, self.enter(medium)],
+            Some(medium) => match self.leave(medium) {
                 Some(outside) => [*self, outside],
-                None => [self.with(medium), *self],
+                None => [self.enter(medium), *self],
             },
         };
         let [from, to] = media.map(|media| media.filling(dielectrics));
@@ -142,7 +143,7 @@ mod tests {
         Dielectrics::of_kinds(kinds.iter())
     }
 
-    /// Water in a glass reaches into its wall: within the wall there is glass, and the water's surface there is none.
+    /// Water reaches into the wall of its glass: the wall is glass, and the water's surface in it is no interface.
     #[test]
     fn glass_displaces_water_of_lower_priority() {
         let all = dielectrics(&[(1.5, 1), (1.33, 0)]);

@@ -11,9 +11,9 @@ pub enum Surface {
     Mirror(DVec3),
     /// Complex index of refraction, RGB.
     Conductor { index: DVec3, extinction: DVec3 },
-    /// Index of refraction behind the front, relative to air.
-    Dielectric(f64),
-    /// Two interfaces at one place, around a medium of this index.
+    /// The interface of two media, whose indices of refraction [`Sides`](super::media::Sides) has.
+    Interface,
+    /// Two interfaces at one place, around a medium of this index of refraction.
     Sheet(f64),
 }
 
@@ -39,29 +39,19 @@ impl Surface {
             MaterialKind::Dielectric(Dielectric {
                 ior, thin: true, ..
             }) => Some(Self::Sheet(ior)),
-            MaterialKind::Dielectric(Dielectric { ior, .. }) => Some(Self::Dielectric(ior)),
+            MaterialKind::Dielectric(_) => Some(Self::Interface),
             MaterialKind::Diffuse { .. } => None,
         }
     }
 
     /// Whether light from behind does anything but vanish.
     pub fn has_two_sides(&self) -> bool {
-        matches!(self, Self::Dielectric(_) | Self::Sheet(_))
+        matches!(self, Self::Interface | Self::Sheet(_))
     }
 
-    /// [`Self::leaving_between`] with nothing but air around the surface's own medium.
-    pub fn leaving(&self, toward: DVec3, shading: DVec3, geometric: DVec3) -> [Option<Leaving>; 2] {
-        let ior = match (self, geometric.dot(toward) > 0.0) {
-            (Self::Dielectric(ior), true) => [1.0, *ior],
-            (Self::Dielectric(ior), false) => [*ior, 1.0],
-            _ => [1.0, 1.0],
-        };
-        self.leaving_between(ior, toward, shading, geometric)
-    }
-
-    /// [`Self::leaving_between`]; where the interpolated normal would reflect light into the flat triangle, as at the outline
-    /// of a coarse mesh, the triangle's own normal takes its place.
-    pub fn leaving_along_a_path(
+    /// [`Self::leaving`]. Where the interpolated normal would reflect light into the flat triangle, as at the outline of a
+    /// coarse mesh, the geometric normal replaces it.
+    pub fn leaving_with_fallback(
         &self,
         ior: [f64; 2],
         toward: DVec3,
@@ -70,15 +60,15 @@ impl Surface {
     ) -> [Option<Leaving>; 2] {
         let side = geometric.dot(toward).signum();
         let reflected = reflect(-toward, shading);
-        let is_bent = side * geometric.dot(reflected) > 0.0 && side * shading.dot(toward) > 0.0;
-        let normal = if is_bent { shading } else { geometric };
-        self.leaving_between(ior, toward, normal, geometric)
+        let is_valid = side * geometric.dot(reflected) > 0.0 && side * shading.dot(toward) > 0.0;
+        let normal = if is_valid { shading } else { geometric };
+        self.leaving(ior, toward, normal, geometric)
     }
 
     /// Where light from the unit direction `toward` goes, by reflection and by refraction, at a
-    /// point with the unit normal `shading` of a triangle with the normal `geometric`. The indices of refraction are those
-    /// where the light comes from and behind the surface.
-    pub fn leaving_between(
+    /// point with the unit normal `shading` of a triangle with the normal `geometric`. `ior` are the indices of refraction
+    /// before and behind the surface, as the light travels.
+    pub fn leaving(
         &self,
         ior: [f64; 2],
         toward: DVec3,
@@ -110,7 +100,7 @@ impl Surface {
                 };
                 (reflected(DVec3::new(share(0), share(1), share(2))), None)
             }
-            // Between two interfaces light goes to and fro: 2R/(1 + R) comes back in all.
+            // With all reflections between the two interfaces, 2R/(1 + R) is reflected.
             Self::Sheet(between) => {
                 let once = fresnel_dielectric(cosine, ior[0] / between);
                 let share = 2.0 * once / (1.0 + once);
@@ -121,7 +111,7 @@ impl Surface {
                 };
                 (reflected(DVec3::splat(share)), Some(passing))
             }
-            Self::Dielectric(_) => {
+            Self::Interface => {
                 let ratio = ior[0] / ior[1];
                 let share = fresnel_dielectric(cosine, ratio);
                 let refracted = refract(-toward, shading, ratio).map(|direction| Leaving {

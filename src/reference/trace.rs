@@ -13,7 +13,7 @@
 //! integral are in the density with which rays land.
 
 use crate::error::Result;
-use crate::reference::chains::{Meeting, Ray};
+use crate::reference::chains::{Landing, Ray};
 use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
@@ -33,15 +33,6 @@ struct Source<'a> {
     triangles: Distribution,
     /// Of the sequences of points.
     share: f64,
-}
-
-/// A place on the receiver where light lands.
-pub struct Landing {
-    pub texel: usize,
-    /// m
-    pub position: DVec3,
-    /// On the receiver's front, of any length.
-    pub normal: DVec3,
 }
 
 /// Everything that light tracing needs to know.
@@ -194,14 +185,14 @@ impl<'a> LightTracing<'a> {
         let light = emitter.draw(point.position, u2, u3);
         let cosine = point.normal.dot(light.direction).abs();
         let sides = problem.first_sides(triangle, light.direction);
-        let leaving = (triangle.surface).leaving_between(
+        let leaving = (triangle.surface).leaving(
             sides.ior,
             light.direction,
             point.normal,
             triangle.geometric_normal,
         );
-        let no_light = leaving.iter().all(Option::is_none);
-        if no_light
+        let is_absorbed = leaving.iter().all(Option::is_none);
+        if is_absorbed
             || problem.blocked(
                 point.position,
                 light.direction,
@@ -226,19 +217,14 @@ impl<'a> LightTracing<'a> {
                 media,
                 interfaces: 1,
             };
-            problem.follow(ray, choices, &mut |meeting: Meeting, share| {
-                // Gathering knows light of one surface only.
-                let gathered = match meeting.interfaces {
-                    1 => gathered_share(problem, meeting.distance * meeting.distance),
+            problem.follow(ray, choices, &mut |landing: &Landing, share| {
+                // Gathering finds light of a single surface only.
+                let gathered = match landing.interfaces {
+                    1 => gathered_share(problem, landing.distance * landing.distance),
                     _ => 0.0,
                 };
                 let radiance = light.bright + (1.0 - gathered) * light.dim;
-                let landing = Landing {
-                    texel: meeting.texel,
-                    position: meeting.position,
-                    normal: meeting.normal,
-                };
-                lands(&landing, radiance * share);
+                lands(landing, radiance * share);
             });
         }
     }

@@ -1,5 +1,6 @@
 //! Paths from the camera through mirrors and interfaces to where they end.
 
+use crate::reference::chains::choose;
 use crate::reference::lights::Lamp;
 use crate::reference::media::{Dielectrics, Media};
 use crate::reference::mirrors::{Leaving, Surface};
@@ -229,7 +230,7 @@ impl Paths {
             let hit = (self.surfaces.as_ref())
                 .and_then(|surfaces| surfaces.nearest(ray.origin, ray.direction, ray.from));
             let distance = hit.map_or(f64::INFINITY, |(_, distance, _)| distance);
-            let left = |media: &Media| media.transmittance(&self.dielectrics, distance);
+            let transmittance = |media: &Media| media.transmittance(&self.dielectrics, distance);
             if let Some(radiance) = self.lamp_before(&ray, distance) {
                 return ends(End::Lamp(radiance), ray.weight);
             }
@@ -248,14 +249,14 @@ impl Paths {
                             bounces: ray.bounces,
                             ..point
                         };
-                        ends(End::Diffuse(point), ray.weight * left(&ray.media));
+                        ends(End::Diffuse(point), ray.weight * transmittance(&ray.media));
                     }
                     return;
                 }
             };
             let front = triangle.geometric.dot(ray.direction) < 0.0;
             let sides = (ray.media).sides(&self.dielectrics, triangle.object, front);
-            let weight = ray.weight * left(&sides.media[0]);
+            let weight = ray.weight * transmittance(&sides.media[0]);
             if !sides.is_interface {
                 ray = Ray {
                     origin: position,
@@ -281,23 +282,18 @@ impl Paths {
                 length: ray.length + distance,
                 media: sides.media[side],
             };
-            ray = match triangle.leaving(surface, sides.ior, -ray.direction, weights) {
-                [None, None] => return,
-                [Some(only), None] => next(&only, 1.0, 0, 0),
-                [None, Some(only)] => next(&only, 1.0, 0, 1),
+            let normal = triangle.shading(weights);
+            let geometric = triangle.geometric;
+            let lobes = surface.leaving_with_fallback(sides.ior, -ray.direction, normal, geometric);
+            ray = match lobes {
                 [Some(reflected), Some(refracted)] if ray.splits < MAX_SPLITS => {
                     self.follow_ray(next(&reflected, 1.0, 1, 0), choices, ends);
                     next(&refracted, 1.0, 1, 1)
                 }
-                [Some(reflected), Some(refracted)] => {
-                    let [of_reflected, of_refracted] =
-                        [&reflected, &refracted].map(|leaving| leaving.share.element_sum());
-                    let probability = of_reflected / (of_reflected + of_refracted);
-                    match choices.next() < probability {
-                        true => next(&reflected, probability, 0, 0),
-                        false => next(&refracted, 1.0 - probability, 0, 1),
-                    }
-                }
+                lobes => match choose(lobes, choices) {
+                    Some((lobe, probability, side)) => next(&lobe, probability, 0, side),
+                    None => return,
+                },
             };
             if ray.weight.max_element() <= 0.0 {
                 return;
@@ -341,16 +337,5 @@ impl Triangle {
             length: 0.0,
             bounces: 0,
         }
-    }
-
-    /// Where light from the camera would go.
-    fn leaving(
-        &self,
-        surface: &Surface,
-        ior: [f64; 2],
-        toward: DVec3,
-        weights: DVec2,
-    ) -> [Option<Leaving>; 2] {
-        surface.leaving_along_a_path(ior, toward, self.shading(weights), self.geometric)
     }
 }
