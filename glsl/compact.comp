@@ -16,6 +16,7 @@ layout(push_constant) uniform CompactPush {
 } push;
 
 #include "prefix_sum.glsl"
+#include "dispatch_arguments.glsl"
 
 // Corners of the two triangles of a quad; see quad.glsl.
 const uint QUAD_CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
@@ -43,11 +44,7 @@ void main() {
 
     if (gl_WorkGroupID.x == gl_NumWorkGroups.x - 1 && gl_LocalInvocationIndex == 0) {
         uvec2 total = before + here;
-        arguments[0] = 6 * total.x; // indices
-        arguments[1] = 1;           // instances
-        arguments[2] = 0;
-        arguments[3] = 0;
-        arguments[4] = 0;
+        WRITE_DRAW(arguments, 0, total.x)
         arguments[5] += total.x;
         arguments[6] += total.y;
     }

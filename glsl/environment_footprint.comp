@@ -26,6 +26,7 @@ CLUSTER_STARTS_OF(12)
 #include "optics.glsl"
 #include "planar_receiver.glsl"
 #include "kernel_fit.glsl"
+#include "level_kernel.glsl"
 #include "flux.glsl"
 #include "above.glsl"
 #include "cluster.glsl"
@@ -112,31 +113,25 @@ uint footprints_of(Patch patch_, PatchImage image, vec3 flux, float eta, vec3 r,
         -dot(n, receiver.edge_v) / float(receiver.height)) / before;
     bool folded = before > 0.0 && quadratic2(kernel.profile.support * kernel.covariance, edge) > 1.0;
 
-    // A footprint whose standard deviation is at least 2^l texels in all directions goes to level l, where it covers
-    // fewer texels. Interpolation adds the variance (4^l - 1)/4, so the kernel is narrowed by that variance first.
-    float variance = min(minor_eigenvalue(kernel.covariance, kernel.determinant), 1e6);
-    int level = level_for(receiver, variance);
-    Level tile = level_of(receiver, level);
-    float scale = 1.0 / float(1 << level);
-    vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
-    centre = vec2(tile.origin) + (centre - origin) * scale;
-    kernel = rescaled(kernel, 0.25 * (float(1 << 2 * level) - 1.0), scale);
+    LevelKernel here = in_level(kernel, centre, receiver);
+    kernel = here.kernel;
+    centre = here.centre;
+    float scale = here.scale;
+    vec2 half_size = here.half_size;
+    vec2 tile_low = here.tile_low;
+    vec2 tile_high = here.tile_high;
+    vec3 conic = conic_of(kernel);
 
     // Bounding box. The footprint is dropped where its box misses the tile.
-    vec2 tile_low, tile_high;
-    level_bounds(tile, level, tile_low, tile_high);
-    vec3 conic = conic_of(kernel);
-    vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
     vec2 low = centre - half_size;
     vec2 high = centre + half_size;
-    vec2 box = ceil(high) - floor(low) - 0.5;
-    bool is_small = box.x * box.y <= MAX_NORMALISED_TEXELS;
+    bool has_few_texels = is_small(here);
 
     // A footprint that spreads mainly over directions is wide: d^T conic d <= s^2 is its ellipse.
     vec2 texel_u = vec2(length(receiver.edge_u) / float(receiver.width), length(receiver.edge_v) / float(receiver.height));
     vec2 bulge = texel_u * texel_u / (mean_distance * mean_distance * scale * scale);
     vec2 slant = slant_of(receiver, r, mean_distance) / scale;
-    bool is_wide = !folded && !is_small && dot(abs(slant) + sqrt(bulge), half_size) > MAX_PLANAR_ANGLE;
+    bool is_wide = !folded && !has_few_texels && dot(abs(slant) + sqrt(bulge), half_size) > MAX_PLANAR_ANGLE;
     if (is_wide) {
         // The part of the kernel that misses the plane is added to the rest: all of the flux reaches the plane.
         flux /= landing_share(quadratic2(kernel.covariance, slant));
@@ -160,7 +155,7 @@ uint footprints_of(Patch patch_, PatchImage image, vec3 flux, float eta, vec3 r,
     high = clamp(high, tile_low, tile_high);
     if (!(all(lessThan(low, high)) && kernel.determinant > 0.0)) return 0;
 
-    if (level > 0) atomicOr(coarse[index], 1u << level);
+    if (here.level > 0) atomicOr(coarse[index], 1u << here.level);
 
     // The fold, in texels of the level.
     edge /= scale;
@@ -182,17 +177,8 @@ uint footprints_of(Patch patch_, PatchImage image, vec3 flux, float eta, vec3 r,
     vec3 irradiance = flux * (scale * scale * peak / texel_area(receiver));
 
     // A small footprint is normalised over its texels.
-    if (is_small) {
-        vec2 first = floor(centre - half_size) + 0.5;
-        float sum = 0.0;
-        for (float y = 0.0; y < box.y; y += 1.0) {
-            for (float x = 0.0; x < box.x; x += 1.0) {
-                vec2 d = first + vec2(x, y) - centre;
-                float value = kernel_value(kernel.profile.flatness, quadratic2(conic, d));
-                if (folded) value += kernel_value(kernel.profile.flatness, quadratic2(conic, d - shift));
-                sum += value * clamp(clip.z + dot(clip.xy, d), 0.0, 1.0);
-            }
-        }
+    if (has_few_texels) {
+        float sum = sum_over_texels(here, folded, shift, clip);
         if (sum > 0.0) irradiance /= sum * peak;
     }
     Footprint footprint = Footprint(centre, slant, conic, kernel.profile.flatness, irradiance, bulge.x, clip, bulge.y, low, high);

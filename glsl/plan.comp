@@ -10,11 +10,10 @@ layout(push_constant) uniform PlanPush {
     uint per_group;      // items of a workgroup
 } push;
 
+#include "dispatch_arguments.glsl"
+
 void main() {
     for (uint i = 0; i < 2; i++) {
-        uint groups = (counts[i] + push.per_group - 1) / push.per_group;
-        arguments[3 * i] = min(groups, MAX_ROW);
-        arguments[3 * i + 1] = (groups + MAX_ROW - 1) / MAX_ROW;
-        arguments[3 * i + 2] = 1;
+        WRITE_DISPATCH(arguments, 3 * i, (counts[i] + push.per_group - 1) / push.per_group)
     }
 }

@@ -19,16 +19,7 @@ layout(push_constant) uniform ScanPush {
 
 #include "blocks.glsl"
 #include "prefix_sum.glsl"
-
-// Workgroups of a dispatch in each row: every device supports this many.
-const uint MAX_GROUPS = 65535;
-
-void write_arguments(uint at, uint threads) {
-    uint groups = (threads + SPLAT_GROUP - 1) / SPLAT_GROUP;
-    totals[at] = min(groups, MAX_GROUPS);
-    totals[at + 1] = (groups + MAX_GROUPS - 1) / MAX_GROUPS;
-    totals[at + 2] = 1;
-}
+#include "dispatch_arguments.glsl"
 
 // One workgroup.
 void main() {
@@ -43,20 +34,16 @@ void main() {
         before += total;
     }
     if (gl_LocalInvocationIndex == 0) {
-        write_arguments(0, before.x);
-        write_arguments(3, before.y);
+        WRITE_DISPATCH_OF(totals, 0, before.x)
+        WRITE_DISPATCH_OF(totals, 3, before.y)
         totals[6] = before.x;
         totals[7] = before.y;
         for (uint batch = 0; batch < push.batches; batch++) {
             uint first = batch * push.batch_size;
             uint units = min(max(before.x, first) - first, push.batch_size);
             uint at = 9 * (batch + 1);
-            write_arguments(at, units);
-            totals[at + 3] = 6 * units; // indices
-            totals[at + 4] = 1;         // instances
-            totals[at + 5] = 0;
-            totals[at + 6] = 0;
-            totals[at + 7] = 0;
+            WRITE_DISPATCH_OF(totals, at, units)
+            WRITE_DRAW(totals, at + 3, units)
         }
     }
 }

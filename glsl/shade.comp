@@ -41,8 +41,7 @@ vec3 radiance(vec3 direction, uint first) {
                 Medium from = filling(before);
                 Medium to = filling(behind);
                 if (from.absorption != vec3(0.0)) ray.weight *= exp(-hit.distance * from.absorption);
-                bool is_body = object.kind == DIELECTRIC && !is_sheet(object);
-                if (is_body && from.number == to.number) {
+                if (is_body(object) && from.number == to.number) {
                     // One body ends within another.
                     ray = Ray(x, hit.triangle, ray.direction, ray.bounces, ray.weight, behind);
                     hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
@@ -50,7 +49,7 @@ vec3 radiance(vec3 direction, uint first) {
                 }
                 Normals corner = normals_at(hit.triangle);
                 vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
-                float eta = is_body ? from.ior / to.ior : eta_of(object, front);
+                float eta = is_body(object) ? from.ior / to.ior : eta_of(object, front);
                 if (!front) {
                     n = -n;
                     geometric = -geometric;

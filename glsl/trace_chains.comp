@@ -1,4 +1,4 @@
-// trace chains: finds what the rays of a wave of chains meet, and counts the branches and the footprints of each.
+// trace chains: finds what the rays of a wave of chains meet, and counts the lobes to follow and the footprints of each.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -13,7 +13,7 @@ PLANAR_RECEIVERS(5)
 layout(std430, binding = 6) readonly buffer Lattices { ChainLattice lattices[]; };
 layout(std430, binding = 7) readonly buffer Paths { ChainPath paths[]; };
 layout(std430, binding = 8) writeonly buffer Hits { ChainHit hits[]; };
-layout(std430, binding = 9) writeonly buffer Numbers { uvec2 numbers[]; }; // branches, footprints
+layout(std430, binding = 9) writeonly buffer Numbers { uvec2 numbers[]; }; // lobes, footprints
 layout(std430, binding = 10) buffer Waves { uint waves[]; };
 #include "chain_push.glsl"
 
@@ -41,7 +41,7 @@ ChainHit hit_of(ChainPath path) {
         if (hit.triangle == NO_TRIANGLE) return found;
         Triangle triangle = triangle_at(hit.triangle);
         Object object = object_at(triangle.object);
-        if (object.kind != DIELECTRIC || is_sheet(object)) return found;
+        if (!is_body(object)) return found;
         uvec2 before, behind;
         bool front = dot(cross(triangle.edge1, triangle.edge2), path.direction) < 0.0;
         media_at(media, object, front, before, behind);
@@ -59,18 +59,23 @@ void main() {
     bool is_first = push.is_first != 0;
     if (is_first && index == 0) waves[6] = push.ray_count;
     if (index >= (is_first ? push.ray_count : waves[6])) return;
-    // Not `?:`, which glslc compiles wrongly for structs in buffers.
+    ChainLattice lattice;
     ChainPath path;
-    if (is_first) path = ray_of_lattice(index); else path = paths[index];
+    if (is_first) {
+        lattice = lattice_of(index);
+        path = ray_of_lattice(lattice, index);
+    } else {
+        path = paths[index];
+    }
     ChainHit hit = hit_of(path);
     hits[index] = hit;
 
     uvec2 number = uvec2(0);
-    Met met;
-    if (interfaces_of(path) < push.max_interfaces && meet(path, hit, index, is_first, met)) {
-        Branch branches[2];
-        branches_of(path, met, branches);
-        number.x = uint(branches[0].is_followed) + uint(branches[1].is_followed);
+    Interaction at;
+    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, lattice, is_first, at)) {
+        Lobe lobes[2];
+        lobes_of(path, at, lobes);
+        number.x = uint(lobes[0].is_followed) + uint(lobes[1].is_followed);
     }
     // Light of a single surface is that of the facets.
     if (interfaces_of(path) > 1) {

@@ -1,24 +1,28 @@
 // Chains of mirrors and interfaces: one central ray of a lattice with its first-order changes (ray differentials, Igehy 1999),
-// followed from surface to surface. The brighter of the reflected and the refracted branch is always followed, the weaker one
-// on every 4th, 16th ... ray of the lattice only, which then stands for so many.
+// followed from surface to surface. The brighter of the reflected and the refracted lobe is always followed, the weaker one by
+// every 4th, 16th ... ray of the lattice only, which then stands for so many.
 //
 // The including shader declares the buffers that trace.glsl needs, `normals`, `lights`, `planar_receivers`, `lattices`, `paths`
 // and `push`, and includes trace.glsl, light.glsl, optics.glsl, media.glsl, flux.glsl and planar_receiver.glsl.
 
-// Weak branches on a chain, at most. Without a limit by interfaces: total reflection offers no choice.
+// Maximum number of weak lobes on a chain. Interfaces without a choice, such as total reflection, do not count.
 const uint MAX_WEAK = 2;
-// A branch with a smaller share of its cell's flux ends.
+// A lobe with a smaller share of its cell's flux is not followed.
 const float LEAST_SHARE = 0.003;
 // Coarsest sub-lattice: every 4^MAX_LEVEL_OF_LATTICE-th ray.
 const uint MAX_LATTICE_LEVEL = 3;
 // Squared support radius of the sharpest kernel of a curved patch, p = SHARPEST_CURVED: 2 (p + 2).
 const float CHAIN_SUPPORT = 12.0;
 
+float largest(vec3 rgb) {
+    return max(max(rgb.x, rgb.y), rgb.z);
+}
+
 uint interfaces_of(ChainPath path) {
     return path.counts & 0xffu;
 }
 
-uint weak_branches_of(ChainPath path) {
+uint weak_lobes_of(ChainPath path) {
     return path.counts >> 8 & 0xffu;
 }
 
@@ -62,14 +66,14 @@ void set_changes(inout ChainPath path, Changes changes) {
 
 #define FIRST_RAY(i) lattices[i].first
 
-uint lattice_of(uint ray) {
+// The lattice of ray number `ray`.
+ChainLattice lattice_of(uint ray) {
     SEARCH(found, 0, push.lattice_count, ray, FIRST_RAY)
-    return found;
+    return lattices[found];
 }
 
-// Ray number `ray` of the lattices, as it leaves its light.
-ChainPath ray_of_lattice(uint ray) {
-    ChainLattice lattice = lattices[lattice_of(ray)];
+// Ray number `ray` as it leaves its light.
+ChainPath ray_of_lattice(ChainLattice lattice, uint ray) {
     Light light = light_at(lattice.light);
     uvec2 place = uvec2((ray - lattice.first) % lattice.columns, (ray - lattice.first) / lattice.columns);
     vec3 at = lattice.origin + (float(place.x) + 0.5) * lattice.edge_u + (float(place.y) + 0.5) * lattice.edge_v;
@@ -100,13 +104,13 @@ ChainPath ray_of_lattice(uint ray) {
         changes.direction[0] = normalize_change(way, lattice.edge_u);
         changes.direction[1] = normalize_change(way, lattice.edge_v);
     }
-    path.first_flux = max(max(path.flux.x, path.flux.y), path.flux.z);
+    path.first_flux = largest(path.flux);
     set_changes(path, changes);
     return path;
 }
 
-// The surface that a path meets, on the side where it arrives.
-struct Met {
+// A path at an interface or a mirror, on the side where it arrives.
+struct Interaction {
     Object object;
     vec3 geometric;     // unit
     vec3 normal;        // about which light is reflected and refracted, unit
@@ -118,80 +122,82 @@ struct Met {
     vec3 reflectance;
 };
 
-// Returns false where the path ends: at a diffuse surface, on the back of a mirror, or at another caster than that of the lattice.
-bool meet(ChainPath path, ChainHit hit, uint ray, bool is_first, out Met met) {
+// Returns false where the path ends: at a diffuse surface, on the back of a mirror, or, as a ray of `lattice`, at another caster
+// than the lattice's.
+bool interact(ChainPath path, ChainHit hit, ChainLattice lattice, bool is_first, out Interaction at) {
     if (hit.triangle == NO_TRIANGLE) return false;
     Triangle triangle = triangle_at(hit.triangle);
-    met.object = object_at(triangle.object);
-    if (met.object.kind == DIFFUSE) return false;
-    if (is_first && lattices[lattice_of(ray)].object != triangle.object) return false;
-    met.geometric = normalize(cross(triangle.edge1, triangle.edge2));
-    bool front = dot(met.geometric, path.direction) < 0.0;
-    if (!front && met.object.kind != DIELECTRIC) return false;
-    met.side = front ? 1.0 : -1.0;
-    met.geometric *= met.side;
-    media_at(hit.media, met.object, front, met.before, met.behind);
-    Medium from = filling(met.before);
-    Medium to = filling(met.behind);
-    met.flux = path.flux;
-    bool is_from_sun = is_first && light_at(lattices[lattice_of(ray)].light).is_lamp == 0;
-    if (from.absorption != vec3(0.0) && !is_from_sun) met.flux *= exp(-hit.distance * from.absorption);
+    at.object = object_at(triangle.object);
+    if (at.object.kind == DIFFUSE) return false;
+    if (is_first && lattice.object != triangle.object) return false;
+    at.geometric = normalize(cross(triangle.edge1, triangle.edge2));
+    bool front = dot(at.geometric, path.direction) < 0.0;
+    if (!front && at.object.kind != DIELECTRIC) return false;
+    at.side = front ? 1.0 : -1.0;
+    at.geometric *= at.side;
+    media_at(hit.media, at.object, front, at.before, at.behind);
+    Medium from = filling(at.before);
+    Medium to = filling(at.behind);
+    at.flux = path.flux;
+    bool is_from_sun = is_first && light_at(lattice.light).is_lamp == 0;
+    if (from.absorption != vec3(0.0) && !is_from_sun) at.flux *= exp(-hit.distance * from.absorption);
 
     Normals corner = normals_at(hit.triangle);
     vec2 w = hit.barycentric;
-    vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2) * met.side;
+    vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2) * at.side;
     vec3 s = -path.direction;
-    bool is_bent = dot(n, s) > 0.0 && dot(met.geometric, mirrored(s, n)) > 0.0;
+    bool is_valid = dot(n, s) > 0.0 && dot(at.geometric, mirrored(s, n)) > 0.0;
     if (is_first) {
         // An element of the surface receives light by its interpolated normal.
         if (!(dot(n, s) > 0.0)) return false;
-        met.flux *= dot(n, s) / dot(met.geometric, s);
-    } else if (!is_bent) {
-        n = met.geometric;
+        at.flux *= dot(n, s) / dot(at.geometric, s);
+    } else if (!is_valid) {
+        // The interpolated normal would reflect the path into the surface.
+        n = at.geometric;
     }
-    met.normal = n;
+    at.normal = n;
     float cosine = dot(n, s);
-    met.eta = met.object.kind != DIELECTRIC ? 0.0 : is_sheet(met.object) ? 1.0 : from.ior / to.ior;
-    if (met.object.kind == CONDUCTOR) {
-        met.reflectance = fresnel_conductor(cosine, met.object.index / from.ior, met.object.extinction / from.ior);
-    } else if (met.object.kind == DIELECTRIC) {
-        met.reflectance = vec3(is_sheet(met.object) ? sheet_reflectance(met.object, cosine, from.ior) : fresnel_dielectric(cosine, met.eta));
+    at.eta = at.object.kind != DIELECTRIC ? 0.0 : is_sheet(at.object) ? 1.0 : from.ior / to.ior;
+    if (at.object.kind == CONDUCTOR) {
+        at.reflectance = fresnel_conductor(cosine, at.object.index / from.ior, at.object.extinction / from.ior);
+    } else if (at.object.kind == DIELECTRIC) {
+        at.reflectance = vec3(is_sheet(at.object) ? sheet_reflectance(at.object, cosine, from.ior) : fresnel_dielectric(cosine, at.eta));
     } else {
-        met.reflectance = met.object.color;
+        at.reflectance = at.object.color;
     }
     return true;
 }
 
-// A branch that leaves a surface.
-struct Branch {
+// Light that leaves a surface.
+struct Lobe {
     bool is_followed;
     vec3 direction;
     vec3 flux;
     bool is_weak;
 };
 
-// The reflected (0) and the refracted (1) branch.
-void branches_of(ChainPath path, Met met, out Branch branches[2]) {
+// The reflected (0) and the refracted (1) lobe.
+void lobes_of(ChainPath path, Interaction at, out Lobe lobes[2]) {
     vec3 s = -path.direction;
-    bool reflects_more = met.reflectance.x > 0.5;
-    bool has_choice = met.eta > 0.0 && met.reflectance.x < 1.0;
-    uint weak = weak_branches_of(path);
+    bool reflects_more = at.reflectance.x > 0.5;
+    bool has_choice = at.eta > 0.0 && at.reflectance.x < 1.0;
+    uint weak = weak_lobes_of(path);
     for (int i = 0; i < 2; i++) {
-        Branch branch;
-        branch.direction = i == 0 ? mirrored(s, met.normal) : outgoing_direction(s, met.normal, met.eta);
-        branch.flux = met.flux * (i == 0 ? met.reflectance : 1.0 - met.reflectance);
-        bool exists = i == 0 || met.eta > 0.0 && met.reflectance.x < 1.0;
-        float ahead = dot(met.geometric, branch.direction) * (i == 0 ? 1.0 : -1.0);
-        branch.is_weak = has_choice && (i == 0) != reflects_more;
-        branch.is_followed = exists && ahead > 0.0;
-        float share = max(max(branch.flux.x, branch.flux.y), branch.flux.z) / path.first_flux;
+        Lobe lobe;
+        lobe.direction = i == 0 ? mirrored(s, at.normal) : outgoing_direction(s, at.normal, at.eta);
+        lobe.flux = at.flux * (i == 0 ? at.reflectance : 1.0 - at.reflectance);
+        bool exists = i == 0 || at.eta > 0.0 && at.reflectance.x < 1.0;
+        float ahead = dot(at.geometric, lobe.direction) * (i == 0 ? 1.0 : -1.0);
+        lobe.is_weak = has_choice && (i == 0) != reflects_more;
+        lobe.is_followed = exists && ahead > 0.0;
+        float share = largest(lobe.flux) / path.first_flux;
         share *= exp2(-2.0 * float(weak));
-        if (branch.is_weak) {
-            branch.is_followed = branch.is_followed && weak < MAX_WEAK && lattice_level_of(path) > weak;
-            branch.flux *= 4.0;
+        if (lobe.is_weak) {
+            lobe.is_followed = lobe.is_followed && weak < MAX_WEAK && lattice_level_of(path) > weak;
+            lobe.flux *= 4.0;
         }
-        branch.is_followed = branch.is_followed && share >= LEAST_SHARE;
-        branches[i] = branch;
+        lobe.is_followed = lobe.is_followed && share >= LEAST_SHARE;
+        lobes[i] = lobe;
     }
 }
 
@@ -203,8 +209,8 @@ struct Landing {
     mat2 of_light;
 };
 
-// Returns false where the receiver gets none of it. What a ray sends past the edge of the receiver that it meets, another one
-// behind that edge gets.
+// Returns false where the receiver gets none of it. Light that passes the edge of the receiver that the ray meets may land on
+// another receiver behind that edge.
 bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out Landing landing) {
     vec3 r = path.direction;
     float along = dot(r, receiver.normal);
@@ -215,10 +221,10 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
     vec2 low = vec2(receiver.tile_x, receiver.tile_y);
     vec2 high = low + vec2(receiver.width, receiver.height);
     if (landing.distance_ > hit.distance * 1.0001) {
-        Object met = object_at(triangle_at(hit.triangle).object);
+        Object nearer = object_at(triangle_at(hit.triangle).object);
         bool is_inside = all(greaterThanEqual(landing.centre, low)) && all(lessThan(landing.centre, high));
-        bool is_receiver = met.kind == DIFFUSE && met.receiver >= 0 && met.is_mesh == 0;
-        if (is_inside || !is_receiver || met.receiver == int(index)) return false;
+        bool is_receiver = nearer.kind == DIFFUSE && nearer.receiver >= 0 && nearer.is_mesh == 0;
+        if (is_inside || !is_receiver || nearer.receiver == int(index)) return false;
     }
     Changes changes = changes_of(path);
     float t = landing.distance_;

@@ -338,7 +338,7 @@ struct ChainPath {
     vec3 direction;  // unit
     float first_flux; // largest channel of the cell's flux, W
     vec3 flux;       // W
-    uint counts;     // interfaces | weak branches << 8 | level of the lattice << 16
+    uint counts;     // interfaces | weak lobes << 8 | level of the lattice << 16
     vec4 cell_place;
     vec4 cell_direction;
     vec4 light_place;

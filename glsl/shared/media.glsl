@@ -8,30 +8,30 @@ uint medium_in(uvec2 media, uint slot) {
     return (slot < 2 ? media.x : media.y) >> (16 * (slot & 1)) & 0xffffu;
 }
 
-uvec2 with_medium(uvec2 media, uint slot, uint medium) {
+uvec2 set_medium(uvec2 media, uint slot, uint medium) {
     uint bits = medium << (16 * (slot & 1));
     return slot < 2 ? uvec2(media.x | bits, media.y) : uvec2(media.x, media.y | bits);
 }
 
-// One body of the medium `removed` less, the one that was entered last, if there is one.
-uvec2 without_medium(uvec2 media, uint removed) {
+// Leaves the body of this medium that was entered last, if there is one.
+uvec2 leave_medium(uvec2 media, uint medium) {
     uint last = MEDIA_SLOTS;
     for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
-        if (medium_in(media, slot) == removed) last = slot;
+        if (medium_in(media, slot) == medium) last = slot;
     }
-    uvec2 left = uvec2(0);
+    uvec2 rest = uvec2(0);
     uint count = 0;
     for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
-        uint medium = medium_in(media, slot);
-        if (medium != 0 && slot != last) left = with_medium(left, count++, medium);
+        uint other = medium_in(media, slot);
+        if (other != 0 && slot != last) rest = set_medium(rest, count++, other);
     }
-    return left;
+    return rest;
 }
 
-// One body more. Of more than four, the ones entered last are left out.
-uvec2 and_medium(uvec2 media, uint added) {
+// Enters a body. Beyond four bodies, the list stays as it is.
+uvec2 enter_medium(uvec2 media, uint medium) {
     for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
-        if (medium_in(media, slot) == 0) return with_medium(media, slot, added);
+        if (medium_in(media, slot) == 0) return set_medium(media, slot, medium);
     }
     return media;
 }
@@ -58,16 +58,21 @@ Medium filling(uvec2 media) {
     return found;
 }
 
-// The media on both sides of a surface, on the front or the back of which a ray arrives that was in `media`. A ray on the back of
-// a body was in it.
+// A body. A sheet is none.
+bool is_body(Object object) {
+    return object.kind == DIELECTRIC && !is_sheet(object);
+}
+
+// The media before and behind a surface that a ray in `media` meets on its front or its back. A ray that meets the back of a body
+// was in it.
 void media_at(uvec2 media, Object object, bool front, out uvec2 before, out uvec2 behind) {
     before = behind = media;
-    if (object.kind != DIELECTRIC || is_sheet(object)) return;
+    if (!is_body(object)) return;
     uint medium = uint(object.receiver) + 1;
     if (front) {
-        behind = and_medium(media, medium);
+        behind = enter_medium(media, medium);
         return;
     }
-    behind = without_medium(media, medium);
-    if (behind == media) before = and_medium(media, medium);
+    behind = leave_medium(media, medium);
+    if (behind == media) before = enter_medium(media, medium);
 }

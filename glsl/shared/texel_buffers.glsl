@@ -134,11 +134,11 @@ float last_of(uvec4 texel) {
     }
 
 #define DIRECT_CELLS_OF(slot)                                                              \
-    TEXELS(slot, direct_cells)                                                                \
-    DirectCell direct_cell_at(uint index) {                                                      \
-        uvec4 a = TEXEL(direct_cells, 3, index, 0);                                           \
-        uvec4 b = TEXEL(direct_cells, 3, index, 1);                                           \
-        uvec4 c = TEXEL(direct_cells, 3, index, 2);                                           \
-        return DirectCell(floats_of(a), last_of(a), floats_of(b), last_of(b),                 \
+    TEXELS(slot, direct_cells)                                                             \
+    DirectCell direct_cell_at(uint index) {                                                \
+        uvec4 a = TEXEL(direct_cells, 3, index, 0);                                        \
+        uvec4 b = TEXEL(direct_cells, 3, index, 1);                                        \
+        uvec4 c = TEXEL(direct_cells, 3, index, 2);                                        \
+        return DirectCell(floats_of(a), last_of(a), floats_of(b), last_of(b),              \
             floats_of(c), last_of(c));                                                     \
     }

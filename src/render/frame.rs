@@ -2,13 +2,15 @@
 //!
 //! ```text
 //! upload ─► facet flux ─► count ─► trace ─► count ─► project ─► splat ─► resolve     suns on planar receivers
+//!        ─► trace chains ─► number ─► emit chains ─► … ─► splat ─► resolve           light of several surfaces
 //!        ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate               mesh receivers, environments
 //! ```
 //! The casters' triangles are facets. facet flux finds the light that each sends to the receivers; by it, facets are counted
 //! into patches, the paper's sample points, and their corners are traced. Each patch is a pinhole camera: project computes
 //! the image of a light on a receiver, in as many splats as it needs, and splat adds them to the light maps, wide ones to
-//! coarser levels, which resolve adds up. Meshes and environments are lit by patches of even size: sample makes them, and
-//! compact lists their splats. The method `pinhole` gathers over these patches at every texel instead, as the paper does,
+//! coarser levels, which resolve adds up. Chains are light that meets several specular surfaces: trace follows a wave of
+//! rays to the next surface, and emit makes the next wave and the splats. Meshes and environments are lit by patches of
+//! even size: sample makes them, and compact lists their splats. The method `pinhole` gathers over these patches at every texel instead, as the paper does,
 //! and `points` splats single texels. view/frame.rs goes on with direct light and the camera's picture.
 
 use crate::error::Result;
@@ -225,6 +227,24 @@ fn splat(
     Ok(())
 }
 
+/// Between two computations, of which the second may be as large as the first one says.
+fn next(recorder: &mut Recorder) {
+    recorder.barrier(
+        Access::COMPUTE_WRITE,
+        Access::COMPUTE.and(Access::INDIRECT_READ),
+    );
+}
+
+/// After a draw of splats that computations list.
+fn after_draw(recorder: &mut Recorder) {
+    recorder.barrier(
+        Access::BLEND.and(LIST_READ),
+        Access::BLEND
+            .and(Access::COMPUTE)
+            .and(Access::TRANSFER_WRITE),
+    );
+}
+
 /// Chooses the patches of suns and lamps and the triangles of their images, and adds the triangles to the light maps.
 fn splat_triangles(
     recorder: &mut Recorder,
@@ -233,12 +253,6 @@ fn splat_triangles(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
-    let next = |r: &mut Recorder| {
-        r.barrier(
-            Access::COMPUTE_WRITE,
-            Access::COMPUTE.and(Access::INDIRECT_READ),
-        )
-    };
     let Some(group) = scene.group(Source::Suns) else {
         return Ok(());
     };
@@ -309,12 +323,7 @@ fn splat_triangles(
         })?;
         r.pass("splat triangles", |r| {
             triangles.record_splat(r, light_map, batch, *clear);
-            r.barrier(
-                Access::BLEND.and(LIST_READ),
-                Access::BLEND
-                    .and(Access::COMPUTE)
-                    .and(Access::TRANSFER_WRITE),
-            );
+            after_draw(r);
         })?;
         *clear = false;
         Ok(1)
@@ -330,8 +339,6 @@ fn splat_chains(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
-    let next =
-        |r: &mut Recorder| r.barrier(Access::COMPUTE, Access::COMPUTE.and(Access::INDIRECT_READ));
     recorder.pass("clear waves", |r| {
         chains.record_clear(r);
         r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
@@ -357,12 +364,7 @@ fn splat_chains(
     recorder.pass("splat chains", |r| {
         r.barrier(Access::COMPUTE_WRITE, LIST_READ);
         chains.record_splat(r, light_map, *clear);
-        r.barrier(
-            Access::BLEND.and(LIST_READ),
-            Access::BLEND
-                .and(Access::COMPUTE)
-                .and(Access::TRANSFER_WRITE),
-        );
+        after_draw(r);
     })?;
     *clear = false;
     Ok(())

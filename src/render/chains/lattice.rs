@@ -3,20 +3,23 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
+use crate::render::geometry::occlusion::is_convex;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{ChainLattice, Light};
 use crate::render::settings::{Method, Settings};
-use crate::scene::{Geometry, MaterialKind, Mesh, Object, Scene};
+use crate::scene::{Geometry, MaterialKind, Object, Scene};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Rays at an error of 2 %. The error falls with the square root of their number (measured on glass balls and a tumbler).
+/// Number of rays for an error of 2 %. The error falls with the square root of their number (measured on glass balls and a tumbler).
 const RAYS_AT_2_PERCENT: f64 = 16_384.0;
-/// Rays of a lamp or sun, at least and at most.
+/// Minimum and maximum number of rays of a sun or lamp.
 const RAYS: [f64; 2] = [1024.0, 1_048_576.0];
-/// Rays to a caster, at least, over the number of rays to all.
+/// Minimum share of a caster in the rays of a sun or lamp.
 const LEAST_SHARE: f64 = 1.0 / 64.0;
-/// Lattices of a lamp to a caster, at most.
+/// Maximum number of pairs of face and vertex that are compared to find whether a caster is convex.
+const MAX_PAIRS: usize = 1 << 24;
+/// Maximum number of lattices of a lamp to a caster.
 const FACES: u32 = 6;
 
 pub struct DeviceLattices {
@@ -24,7 +27,7 @@ pub struct DeviceLattices {
     pub count: u32,
     /// Number of rays.
     pub ray_count: u32,
-    /// Most rays that any frame has.
+    /// Maximum number of rays of a frame.
     pub ray_capacity: u32,
     /// Whether chains are followed.
     pub is_needed: bool,
@@ -135,7 +138,7 @@ fn rays_of_light(settings: &Settings) -> f64 {
     rays.clamp(RAYS[0], RAYS[1])
 }
 
-/// Whether chains start at an object. What casts no shadow lets light pass as if it were not there.
+/// Whether chains start at an object. An object that casts no shadow does not stop their rays.
 fn starts_chains(scene: &Scene, object: &Object) -> bool {
     object.blocks_light && scene.materials[object.material].kind.is_specular()
 }
@@ -155,28 +158,9 @@ fn may_chain(scene: &Scene) -> bool {
         MaterialKind::Dielectric(_)
     );
     match &only.geometry {
-        Geometry::Mesh(mesh) => !is_convex(mesh, is_dielectric),
+        Geometry::Mesh(mesh) => !is_convex(mesh, is_dielectric, MAX_PAIRS),
         Geometry::Rect(_) | Geometry::Waves(_) => false,
     }
-}
-
-/// Whether all corners of a mesh lie behind the plane of each face, or in it if `is_flat`.
-fn is_convex(mesh: &Mesh, is_flat: bool) -> bool {
-    /// Pairs of face and corner to compare.
-    const MAX_PAIRS: usize = 1 << 24;
-    if mesh.positions.len() * mesh.triangles.len() > MAX_PAIRS {
-        return false;
-    }
-    let [low, high] = mesh.bounds();
-    let tolerance = 1e-9 * low.distance(high);
-    (0..mesh.triangles.len()).all(|triangle| {
-        let normal = mesh.vector_area(triangle).normalize_or_zero();
-        let [a, ..] = mesh.corners(triangle);
-        mesh.positions.iter().all(|p| {
-            let height = normal.dot(*p - a);
-            (if is_flat { height.abs() } else { height }) <= tolerance
-        })
-    })
 }
 
 /// A rectangle of rays: origin + u edge_u + v edge_v, u and v from 0 to 1.
@@ -212,25 +196,14 @@ impl Window {
     }
 }
 
-fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
-    (0..8).map(move |i| {
-        let pick = |bit: u32, low: f64, high: f64| if i >> bit & 1 == 0 { low } else { high };
-        DVec3::new(
-            pick(0, low.x, high.x),
-            pick(1, low.y, high.y),
-            pick(2, low.z, high.z),
-        )
-    })
-}
-
 /// The box around a caster, seen from a sun. Rays start in front of a scene of the size `size`.
 fn of_sun(light: &Light, bounds: [DVec3; 2], size: f64) -> Window {
     let toward = light.place.as_dvec3().normalize();
     let (u, v) = toward.any_orthonormal_pair();
+    let [low, high] = bounds;
     let range = |axis: DVec3| {
-        corners_of(bounds).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
-            [low.min(axis.dot(p)), high.max(axis.dot(p))]
-        })
+        let (middle, reach) = (0.5 * axis.dot(low + high), 0.5 * axis.abs().dot(high - low));
+        [middle - reach, middle + reach]
     };
     let ([u0, u1], [v0, v1], [_, ahead]) = (range(u), range(v), range(toward));
     Window {

@@ -8,23 +8,21 @@ use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topo
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::SPLAT_GROUP;
-use crate::render::gpu_types::{ChainHit, ChainPath, ChainPush, DrawPush, Footprint};
+use crate::render::gpu_types::{ChainHit, ChainPath, ChainPush, Footprint};
 use crate::render::splat::prefix_sums::PrefixSums;
+use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
-use glam::Vec2;
 use std::sync::Arc;
 
-/// Paths of a wave, over the rays of the lattices: a wave has more paths than the one before where both branches are followed.
+/// Maximum number of paths of a wave over the number of rays of the lattices. A wave grows where both lobes are followed.
 const PATHS_PER_RAY: f64 = 1.5;
-/// Footprints over the rays of the lattices.
+/// Maximum number of footprints over the number of rays of the lattices.
 const FOOTPRINTS_PER_RAY: f64 = 4.0;
 /// Variance of a kernel over the square of the lattice's cell. Less leaves gaps where the cells' images do not join.
 const SPREAD: f32 = 0.2;
 /// Words of the buffer of waves: see advance_chains.comp.
 const WAVE_WORDS: u32 = 14;
 const DRAW_WORD: u32 = 9;
-/// Corners of the two triangles of a quad; see quad.glsl.
-const QUAD_CORNERS: [u32; 6] = [0, 1, 2, 2, 1, 3];
 
 pub struct Chains {
     /// From either buffer of paths to the other.
@@ -65,9 +63,7 @@ impl Chains {
             "chain footprints",
             splats * size_of::<Footprint>() as u64,
         )?;
-        let quads = Buffer::new(context, "chain quads", 24 * splats)?;
-        let corners = (0..splat_capacity).flat_map(|quad| QUAD_CORNERS.map(|c| 4 * quad + c));
-        (scene.staging).write(&quads, 0, &corners.collect::<Vec<u32>>())?;
+        let quads = quads::indices(context, &mut scene.staging, "chain quads", splat_capacity)?;
 
         let buffer = Resource::Buffer;
         let lattices = ("lattices", buffer(&scene.lattices.buffer));
@@ -131,7 +127,7 @@ impl Chains {
         }
     }
 
-    /// Number of waves: the last one lands.
+    /// Number of waves. The rays of the last one only land.
     pub fn waves(scene: &DeviceScene) -> u32 {
         scene.scene.max_interfaces + 1
     }
@@ -165,7 +161,7 @@ impl Chains {
         }
     }
 
-    /// Numbers the branches and footprints of a wave within blocks.
+    /// Numbers the lobes and footprints of a wave within blocks.
     pub fn record_number(&self, recorder: &mut Recorder) {
         self.sums.record_number(recorder, self.path_capacity);
     }
@@ -182,9 +178,7 @@ impl Chains {
 
     /// Draws the footprints of all waves into the light maps; `clear` clears the maps first.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
-        let push = DrawPush {
-            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
-        };
+        let push = draw_push(light_map);
         let (draw, quads, waves) = (&self.draw, &self.quads, &self.waves);
         let offset = 4 * u64::from(DRAW_WORD);
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, waves, offset);

@@ -21,21 +21,27 @@ pub fn can_occlude(scene: &Scene, meshes: &[Cow<Mesh>], max_pairs: usize) -> boo
         return true;
     }
     let two_sided = matches!(material, MaterialKind::Dielectric(_));
-    if occluders.next().is_some() || mesh.positions.len() * mesh.triangles.len() > max_pairs {
-        return true;
+    occluders.next().is_some() || !is_convex(mesh, two_sided, max_pairs)
+}
+
+/// Whether a mesh is convex, or flat if `is_flat`: every vertex lies behind the plane of each face, or in it. False if the proof
+/// would compare more than `max_pairs` pairs of face and vertex.
+pub fn is_convex(mesh: &Mesh, is_flat: bool, max_pairs: usize) -> bool {
+    if mesh.positions.len() * mesh.triangles.len() > max_pairs {
+        return false;
     }
     let size = mesh
         .positions
         .iter()
         .map(|p| p.distance(mesh.positions[0]))
         .fold(0.0, f64::max);
-    mesh.triangles.iter().any(|corners| {
+    mesh.triangles.iter().all(|corners| {
         let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        mesh.positions.iter().any(|p| {
+        mesh.positions.iter().all(|p| {
             let height = normal.dot(*p - a);
-            let height = if two_sided { height.abs() } else { height };
-            height > 1e-9 * size
+            let height = if is_flat { height.abs() } else { height };
+            height <= 1e-9 * size
         })
     })
 }

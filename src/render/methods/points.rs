@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::{DrawPush, PointSplat, PointsPush};
-use glam::Vec2;
+use crate::render::gpu_types::{PointSplat, PointsPush};
+use crate::render::splat::quads::draw_push;
 use std::sync::Arc;
 
 /// Maximum size of the points of one batch, bytes. Larger batches are no faster and exceed the caches.
@@ -89,9 +89,7 @@ impl Points {
         light_map: &Image,
         clear: bool,
     ) {
-        let push = DrawPush {
-            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
-        };
+        let push = draw_push(light_map);
         let points = batch.1 * targets(scene);
         recorder.draw(&self.draw, light_map, clear, &push, points);
     }

@@ -4,10 +4,10 @@
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::CompactPush;
 use crate::render::gpu_types::constants::{PAIRS_PER_THREAD, SPLAT_GROUP};
-use crate::render::gpu_types::{CompactPush, DrawPush};
 use crate::render::lights::LightGroup;
-use glam::Vec2;
+use crate::render::splat::quads::draw_push;
 use std::sync::Arc;
 
 /// Maximum size of the splats of one batch, bytes.
@@ -112,9 +112,7 @@ impl SplatList {
         light_map: &Image,
         clear: bool,
     ) {
-        let push = DrawPush {
-            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
-        };
+        let push = draw_push(light_map);
         let (quads, arguments) = (&self.quads, &self.arguments);
         recorder.draw_indexed_indirect(pipeline, light_map, clear, &push, quads, arguments, 0);
     }

@@ -8,5 +8,6 @@ pub mod mesh_footprints;
 pub mod pinhole_images;
 pub mod prefix_sums;
 pub mod projector;
+pub mod quads;
 pub mod resolve;
 pub mod triangles;

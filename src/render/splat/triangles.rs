@@ -11,19 +11,17 @@ use crate::render::gpu_types::constants::{
     MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH, SHARE_LEVELS, SPLAT_GROUP,
 };
 use crate::render::gpu_types::{
-    DrawPush, FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
+    FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
 };
 use crate::render::lights::LightGroup;
 use crate::render::settings::{Method, Settings};
 use crate::render::splat::prefix_sums::PrefixSums;
+use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
-use glam::Vec2;
 use std::sync::Arc;
 
 /// Triangles of one batch.
 const BATCH: u32 = 1 << 17;
-/// Corners of the two triangles of a quad; see quad.glsl.
-const QUAD_CORNERS: [u32; 6] = [0, 1, 2, 2, 1, 3];
 /// Patches for each sample: flux is uneven, so that rounding up makes more patches than the shares say.
 const SHARE_OF_SAMPLE: f32 = 2.0;
 /// 1/share over the number of patches, at most: patches are divided further from 1.3 shares on.
@@ -155,9 +153,7 @@ impl Triangles {
         let splat_totals = buffer("triangle totals", 4 * u64::from(words))?;
         let slots = u64::from(BATCH);
         let triangle_splats = buffer("triangles", slots * size_of::<TriangleSplat>() as u64)?;
-        let quads = buffer("quads", 24 * slots)?;
-        let corners = (0..BATCH).flat_map(|quad| QUAD_CORNERS.map(|corner| 4 * quad + corner));
-        (scene.staging).write(&quads, 0, &corners.collect::<Vec<u32>>())?;
+        let quads = quads::indices(context, &mut scene.staging, "quads", BATCH)?;
 
         let all = [
             ("facets", &facets.facets),
@@ -417,9 +413,7 @@ impl Triangles {
         batch: u32,
         clear: bool,
     ) {
-        let push = DrawPush {
-            atlas_size: Vec2::new(light_map.width as f32, light_map.height as f32),
-        };
+        let push = draw_push(light_map);
         let offset = 4 * u64::from((batch + 1) * ARGUMENT_WORDS + 3);
         let (draw, quads, totals) = (&self.draw, &self.quads, &self.splat_totals);
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, totals, offset);
