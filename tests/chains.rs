@@ -275,9 +275,9 @@ fn curved_mirror_then_flat_mirror() {
         for x in 0..width {
             let here = y * width + x;
             let there = y * width + (width - 1 - x);
-            for channel in 0..3 {
+            for (channel, reflectance) in reflectance.into_iter().enumerate() {
                 let second = f64::from(all.pixels[here][channel] - first.pixels[here][channel]);
-                let exact = reflectance[channel] * f64::from(expected.pixels[there][channel]);
+                let exact = reflectance * f64::from(expected.pixels[there][channel]);
                 off += (second - exact).abs();
                 sum += exact;
             }

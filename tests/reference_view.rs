@@ -11,8 +11,8 @@ use nephroid::Error;
 use nephroid::optics::fresnel_dielectric;
 use nephroid::reference::{Options, View, view};
 use nephroid::scene::{
-    Camera, Dielectric, EnvironmentMap, Geometry, Light, LightKind, MAX_INTERFACES, Material,
-    MaterialKind, Mesh, Object, Rect, Scene,
+    Camera, DEFAULT_MAX_INTERFACES, Dielectric, EnvironmentMap, Geometry, Light, LightKind,
+    Material, MaterialKind, Mesh, Object, Rect, Scene,
 };
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -40,7 +40,7 @@ fn scene(camera: Camera, lights: Vec<LightKind>, objects: Vec<(MaterialKind, Geo
         lights: Vec::new(),
         materials: Vec::new(),
         objects: Vec::new(),
-        max_interfaces: MAX_INTERFACES,
+        max_interfaces: DEFAULT_MAX_INTERFACES,
     };
     for kind in lights {
         let name = format!("light {}", scene.lights.len());

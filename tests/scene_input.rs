@@ -55,7 +55,7 @@ fn shipped_scenes_load_without_a_warning() {
         assert!(loaded.scene.planar_receivers().count() > 0);
         count += 1;
     }
-    assert_eq!(count, 18);
+    assert_eq!(count, 21);
 }
 
 const LAMP: &str = "\

@@ -25,7 +25,7 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Component {
-    /// Light that met exactly one specular surface
+    /// Light that met specular surfaces
     Caustic,
     /// Light that comes directly from suns, lamps and the environment
     Direct,

@@ -22,8 +22,8 @@ use std::time::Instant;
 /// Compute a receiver's caustic irradiance, or with --view the camera's view, on the CPU as ground truth
 ///
 /// Writes 32-bit float EXR: channels R, G, B, and their standard error as error.R, error.G, error.B. A light
-/// map is the light that met exactly one specular surface, in W/m²; its last row is at v = 0, column 0 at u
-/// = 0. A view is the mean radiance of every pixel's box in W/m²/sr: direct light, caustics on receivers,
+/// map is the light that met specular surfaces, at most the scene's `max_interfaces`, in W/m²; its last row is
+/// at v = 0, column 0 at u = 0. A view is the mean radiance of every pixel's box in W/m²/sr: direct light, caustics on receivers,
 /// and paths of the camera through up to 12 mirrors and interfaces.
 #[derive(Args)]
 pub struct Arguments {

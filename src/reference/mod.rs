@@ -5,8 +5,8 @@
 //! E(y) = ∫_S L(ω(x,y)) F(x) V cosθ_x cosθ_y / |x−y|² dA          [W/m²]
 //! ```
 //!
-//! averaged over every texel, unbiased, with a standard error. Independent of the renderer, which
-//! solves the same problem:
+//! averaged over every texel, unbiased, with a standard error; and, where the scene asks for more than one interface, from light
+//! that met more of them (`chains.rs`). Independent of the renderer, which solves the same problem:
 //!
 //! - Surfaces are their flat triangles. An element dA of a mirror receives E max(n·s, 0) dA from a
 //!   light in direction s, n the interpolated and normalised vertex normal, and reflects about n.
@@ -21,7 +21,7 @@
 //!
 //! | part of the light | method | file |
 //! |---|---|---|
-//! | suns; lamps; bright parts of environments; mirrors nearby | light tracing | `trace.rs` |
+//! | suns; lamps; bright parts of environments; mirrors nearby; all that met several surfaces | light tracing | `trace.rs`, `chains.rs` |
 //! | dim parts of environments | gathering | `gather.rs` |
 //!
 //! Both draw rounds of [`REPLICATES`] independently scrambled batches of Sobol points, and the
@@ -137,7 +137,7 @@ fn check_cancelled(cancel: &AtomicBool) -> Result<()> {
 }
 
 /// Computes the irradiance of the receiver `scene.objects[receiver]` on `texels` (width, height)
-/// from light that met exactly one specular surface.
+/// from light that met specular surfaces, at most [`Scene::max_interfaces`].
 ///
 /// Calls `progress` now and then, stops soon after `cancel` becomes true.
 ///

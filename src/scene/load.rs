@@ -45,8 +45,9 @@ use super::file::{
 };
 use super::glass::IOR;
 use super::{
-    Animation, Camera, D_LINE, Dielectric, EnvironmentMap, GLASSES, Geometry, Light, LightKind,
-    MAX_INTERFACES, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene, Sine, Waves,
+    Animation, Camera, D_LINE, DEFAULT_MAX_INTERFACES, Dielectric, EnvironmentMap, GLASSES,
+    Geometry, Light, LightKind, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene, Sine,
+    Waves,
 };
 use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
 use crate::error::Result;
@@ -90,8 +91,8 @@ pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
     ),
 ];
 const PRIORITY: RangeInclusive<i64> = -1000..=1000;
-/// Of [`Scene::max_interfaces`].
-const MOST_INTERFACES: u32 = 64;
+/// Largest [`Scene::max_interfaces`].
+const MAX_INTERFACES: u32 = 64;
 /// Meshes a second.
 const FPS: RangeInclusive<f64> = 1e-3..=1e4;
 const DEFAULT_FPS: f64 = 24.0;
@@ -140,10 +141,10 @@ pub fn load(path: &Path) -> Result<Loaded> {
     };
     let camera = keyframes::camera(&section, entry.camera.get_ref(), camera)?;
     let max_interfaces = match &entry.max_interfaces {
-        None => MAX_INTERFACES,
+        None => DEFAULT_MAX_INTERFACES,
         Some(number) => interfaces(number.get_ref()).ok_or_else(|| {
             let reason = format!("max_interfaces is {}", number.get_ref());
-            let remedy = format!("use a number from 1 to {MOST_INTERFACES}");
+            let remedy = format!("use a number from 1 to {MAX_INTERFACES}");
             source.error(number.span(), &reason, &remedy)
         })?,
     };
@@ -671,7 +672,7 @@ fn camera(section: &Section, entry: &CameraEntry) -> Result<Camera> {
 
 /// A number of interfaces that light may meet.
 fn interfaces(number: &i64) -> Option<u32> {
-    (u32::try_from(*number).ok()).filter(|number| (1..=MOST_INTERFACES).contains(number))
+    (u32::try_from(*number).ok()).filter(|number| (1..=MAX_INTERFACES).contains(number))
 }
 
 fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {

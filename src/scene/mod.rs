@@ -53,12 +53,12 @@ pub struct Scene {
     pub lights: Vec<Light>,
     pub materials: Vec<Material>,
     pub objects: Vec<Object>,
-    /// Specular surfaces that light meets at most on its way to a receiver, ≥ 1.
+    /// Maximum number of specular surfaces that light meets on its way to a receiver, ≥ 1.
     pub max_interfaces: u32,
 }
 
 /// [`Scene::max_interfaces`] where a scene does not say.
-pub const MAX_INTERFACES: u32 = 1;
+pub const DEFAULT_MAX_INTERFACES: u32 = 1;
 
 /// Pinhole camera.
 #[derive(Debug, Clone)]

@@ -1,8 +1,8 @@
 //! The scenes of the sweeps: one reflector, one receiver, white suns of 1 W/m² altogether.
 
 use crate::scene::{
-    Camera, Geometry, Light, LightKind, MAX_INTERFACES, Material, MaterialKind, Mesh, Object, Rect,
-    Scene,
+    Camera, DEFAULT_MAX_INTERFACES, Geometry, Light, LightKind, Material, MaterialKind, Mesh,
+    Object, Rect, Scene,
 };
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -55,7 +55,7 @@ pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scen
                 ..object(RECEIVER, 1, Geometry::Rect(receiver))
             },
         ],
-        max_interfaces: MAX_INTERFACES,
+        max_interfaces: DEFAULT_MAX_INTERFACES,
     }
 }
 

@@ -13,7 +13,7 @@
 //! Direct light comes from suns, lamps and the environment in a straight line past what blocks light,
 //! transparent surfaces with `blocks_light` included. Its cosine is that of the interpolated normal;
 //! directions that the flat triangle hides do not count. The caustics are those of [`super::caustic`]: the
-//! light by exactly one specular surface, on the flat triangles of objects with a light map, and on those
+//! light by specular surfaces, on the flat triangles of objects with a light map, and on those
 //! only, as in the renderer. Where the camera sees them directly, they are exact; where it sees them by way
 //! of a mirror or an interface, they are means over texels half as wide as the pixels that see the receiver
 //! so from nearest, on at most 4096 texels a side, of meshes 2048.
