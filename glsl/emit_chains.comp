@@ -10,8 +10,8 @@ OBJECTS(2)
 LIGHTS(3)
 PLANAR_RECEIVERS(4)
 layout(std430, binding = 5) readonly buffer Lattices { ChainLattice lattices[]; };
-layout(std430, binding = 6) readonly buffer Paths { ChainPath paths[]; };
-layout(std430, binding = 7) readonly buffer Hits { ChainHit hits[]; };
+CHAIN_PATHS(6)
+CHAIN_HITS(7)
 layout(std430, binding = 8) readonly buffer Numbers { uvec2 numbers[]; };      // prefix sums
 layout(std430, binding = 9) readonly buffer BlockSums { uvec2 block_sums[]; };
 layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
@@ -80,16 +80,7 @@ ChainPath next_path(ChainPath path, ChainHit hit, Interaction at, Transfer trans
     for (int i = 0; i < 4; i++) {
         changes.direction[i] = outgoing_change(-path.direction, at.normal, -changes.direction[i], transfer.normal[i], refracts ? at.eta : 0.0);
     }
-    ChainPath next;
-    next.position = path.position + hit.distance * path.direction;
-    next.triangle = hit.triangle;
-    next.direction = lobe.direction;
-    next.first_flux = path.first_flux;
-    if (is_first) next.first_flux *= largest(at.flux) / largest(path.flux);
-    next.flux = lobe.flux;
-    next.counts = path.counts + 1;
-    next.media = refracts ? at.behind : at.before;
-    next.unused = uvec2(0);
+    ChainPath next = next_ray(path, hit, at, lobe, refracts, is_first);
     if (lobe.is_weak) {
         next.counts += 1 << 8;
         for (int i = 0; i < 2; i++) {
@@ -131,9 +122,9 @@ void main() {
         lattice = lattice_of(index);
         path = ray_of_lattice(lattice, index);
     } else {
-        path = paths[index];
+        path = path_at(index);
     }
-    ChainHit hit = hits[index];
+    ChainHit hit = hit_at(index);
     uvec2 place = numbers[index] + block_sums[index / SPLAT_GROUP];
     place.y += waves[7];
 

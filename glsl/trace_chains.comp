@@ -11,10 +11,10 @@ OBJECTS(3)
 LIGHTS(4)
 PLANAR_RECEIVERS(5)
 layout(std430, binding = 6) readonly buffer Lattices { ChainLattice lattices[]; };
-layout(std430, binding = 7) readonly buffer Paths { ChainPath paths[]; };
+CHAIN_PATHS(7)
 layout(std430, binding = 8) writeonly buffer Hits { ChainHit hits[]; };
 layout(std430, binding = 9) writeonly buffer Numbers { uvec2 numbers[]; }; // lobes, footprints
-layout(std430, binding = 10) buffer Waves { uint waves[]; };
+layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -22,50 +22,21 @@ layout(std430, binding = 10) buffer Waves { uint waves[]; };
 #include "light.glsl"
 #include "optics.glsl"
 #include "media.glsl"
+#include "chain_hit.glsl"
 #include "planar_receiver.glsl"
 #include "chain.glsl"
-
-// Ends of displaced bodies on a ray, at most.
-const uint MAX_PASSED = 16;
-
-// The nearest interface, mirror or diffuse surface. Where one body ends within another that displaces it, the ray goes on as if
-// nothing were there.
-ChainHit hit_of(ChainPath path) {
-    float travelled = 0.0;
-    vec3 origin = path.position;
-    uint self = path.triangle;
-    uvec2 media = path.media;
-    for (uint i = 0; i < MAX_PASSED; i++) {
-        Hit hit = nearest(origin, path.direction, self, OCCLUDES | IS_MESH_RECEIVER);
-        ChainHit found = ChainHit(travelled + hit.distance, hit.triangle, hit.barycentric, media, uvec2(0));
-        if (hit.triangle == NO_TRIANGLE) return found;
-        Triangle triangle = triangle_at(hit.triangle);
-        Object object = object_at(triangle.object);
-        if (!is_body(object)) return found;
-        uvec2 before, behind;
-        bool front = dot(cross(triangle.edge1, triangle.edge2), path.direction) < 0.0;
-        media_at(media, object, front, before, behind);
-        if (filling(before).number != filling(behind).number) return found;
-        travelled += hit.distance;
-        origin += hit.distance * path.direction;
-        self = hit.triangle;
-        media = behind;
-    }
-    return ChainHit(FAR, NO_TRIANGLE, vec2(0.0), media, uvec2(0));
-}
 
 void main() {
     uint index = thread_index();
     bool is_first = push.is_first != 0;
-    if (is_first && index == 0) waves[6] = push.ray_count;
-    if (index >= (is_first ? push.ray_count : waves[6])) return;
+    if (index >= waves[6]) return;
     ChainLattice lattice;
     ChainPath path;
     if (is_first) {
         lattice = lattice_of(index);
         path = ray_of_lattice(lattice, index);
     } else {
-        path = paths[index];
+        path = path_at(index);
     }
     ChainHit hit = hit_of(path);
     hits[index] = hit;

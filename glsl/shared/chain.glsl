@@ -2,8 +2,8 @@
 // followed from surface to surface. The brighter of the reflected and the refracted lobe is always followed, the weaker one by
 // every 4th, 16th ... ray of the lattice only, which then stands for so many.
 //
-// The including shader declares the buffers that trace.glsl needs, `normals`, `lights`, `planar_receivers`, `lattices`, `paths`
-// and `push`, and includes trace.glsl, light.glsl, optics.glsl, media.glsl, flux.glsl and planar_receiver.glsl.
+// The including shader declares the buffers that trace.glsl needs, `normals`, `lights`, `planar_receivers`, `lattices` and
+// `push`, and includes trace.glsl, light.glsl, optics.glsl, media.glsl, flux.glsl and planar_receiver.glsl.
 
 // Maximum number of weak lobes on a chain. Interfaces without a choice, such as total reflection, do not count.
 const uint MAX_WEAK = 2;
@@ -201,6 +201,21 @@ void lobes_of(ChainPath path, Interaction at, out Lobe lobes[2]) {
     }
 }
 
+// The ray that leaves the surface, but for its changes.
+ChainPath next_ray(ChainPath path, ChainHit hit, Interaction at, Lobe lobe, bool refracts, bool is_first) {
+    ChainPath next;
+    next.position = path.position + hit.distance * path.direction;
+    next.triangle = hit.triangle;
+    next.direction = lobe.direction;
+    next.first_flux = path.first_flux;
+    if (is_first) next.first_flux *= largest(at.flux) / largest(path.flux);
+    next.flux = lobe.flux;
+    next.counts = path.counts + 1;
+    next.media = refracts ? at.behind : at.before;
+    next.unused = uvec2(0);
+    return next;
+}
+
 // The part of a path's light on the plane of a receiver.
 struct Landing {
     vec2 centre;     // texels of the light-map image
@@ -209,15 +224,21 @@ struct Landing {
     mat2 of_light;
 };
 
+// Where a ray meets the front of a receiver's plane. Returns false where it does not.
+bool meets_plane(ChainPath path, PlanarReceiver receiver, out float distance_, out vec2 place) {
+    float along = dot(path.direction, receiver.normal);
+    float away = dot(receiver.origin - path.position, receiver.normal);
+    if (!(along < 0.0 && away < 0.0)) return false;
+    distance_ = away / along;
+    place = to_texels(receiver, path.position + distance_ * path.direction);
+    return true;
+}
+
 // Returns false where the receiver gets none of it. Light that passes the edge of the receiver that the ray meets may land on
 // another receiver behind that edge.
 bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out Landing landing) {
     vec3 r = path.direction;
-    float along = dot(r, receiver.normal);
-    float away = dot(receiver.origin - path.position, receiver.normal);
-    if (!(along < 0.0 && away < 0.0)) return false;
-    landing.distance_ = away / along;
-    landing.centre = to_texels(receiver, path.position + landing.distance_ * r);
+    if (!meets_plane(path, receiver, landing.distance_, landing.centre)) return false;
     vec2 low = vec2(receiver.tile_x, receiver.tile_y);
     vec2 high = low + vec2(receiver.width, receiver.height);
     if (landing.distance_ > hit.distance * 1.0001) {

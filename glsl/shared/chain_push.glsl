@@ -1,9 +1,10 @@
 layout(push_constant) uniform ChainPush {
     uint is_first;       // 1: the rays of the lattices
     uint lattice_count;
-    uint ray_count;      // of the lattices
+    uint pilot_count;    // of the rays of all lattices before their refinement
     uint receiver_count;
     uint max_interfaces;
+    uint ray_capacity;   // of the rays of all lattices
     uint path_capacity;
     uint splat_capacity;
     float spread;        // variance of a kernel over the square of the lattice's cell

@@ -11,6 +11,9 @@ const uint DIFFUSE = 0;
 const uint MIRROR = 1;
 const uint CONDUCTOR = 2;
 const uint DIELECTRIC = 3;
+// `Object.index.z` of a dielectric that is a sheet, or a closed body without a receiver in it.
+const float SHEET = 1.0;
+const float SOLID = 2.0;
 // `Object.receiver` of an object that is none.
 const int NO_RECEIVER = -1;
 

@@ -45,7 +45,7 @@ struct Node {
 struct Object {
     vec3 color;      // mirror: reflectance; diffuse surface: albedo
     uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC
-    vec3 index;      // of refraction; dielectric: index behind the front face, priority, 1 for a sheet
+    vec3 index;      // of refraction; dielectric: index behind the front face, priority, SHEET, SOLID or 0
     int receiver;    // index among the receivers of its kind, or NO_RECEIVER; dielectric: the first object with the same medium
     vec3 extinction; // conductor: extinction coefficient; dielectric: absorption, 1/m
     uint is_mesh;    // 1: `receiver` is the index of a MeshReceiver; 0: of a PlanarReceiver
@@ -328,6 +328,10 @@ struct ChainLattice {
     uint object;     // the caster: its surface is the first of the chains
     vec3 direction;  // sun: of the rays
     uint light;
+    uint rows;
+    uint refinements; // how often the lattice may be refined to half its spacing, at most
+    uint unused0;
+    uint unused1;
 };
 
 // The state of a chain: the ray that leaves a surface, and how it changes over a cell of the lattice and over the light.

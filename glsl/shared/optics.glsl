@@ -27,7 +27,12 @@ float fresnel_dielectric(float cosine, float eta) {
 
 // A sheet is a pair of interfaces at one place: light passes it as if there were none, less what is reflected.
 bool is_sheet(Object object) {
-    return object.index.z != 0.0;
+    return object.index.z == SHEET;
+}
+
+// A closed body without a receiver in it: light that enters it lands nowhere before it meets another surface.
+bool is_solid(Object object) {
+    return object.index.z == SOLID;
 }
 
 // Reflectance of a sheet in a medium of the index `around`: light goes to and fro between its interfaces.

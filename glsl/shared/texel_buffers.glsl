@@ -133,6 +133,29 @@ float last_of(uvec4 texel) {
             floats_of(d), d.w, e.x, e.y, e.z, e.w, f.x, f.y, f.z, f.w);                    \
     }
 
+#define CHAIN_PATHS(slot)                                                                  \
+    TEXELS(slot, paths)                                                                    \
+    ChainPath path_at(uint index) {                                                        \
+        uvec4 a = TEXEL(paths, 8, index, 0);                                               \
+        uvec4 b = TEXEL(paths, 8, index, 1);                                               \
+        uvec4 c = TEXEL(paths, 8, index, 2);                                               \
+        vec4 d = uintBitsToFloat(TEXEL(paths, 8, index, 3));                               \
+        vec4 e = uintBitsToFloat(TEXEL(paths, 8, index, 4));                               \
+        vec4 f = uintBitsToFloat(TEXEL(paths, 8, index, 5));                               \
+        vec4 g = uintBitsToFloat(TEXEL(paths, 8, index, 6));                               \
+        uvec4 h = TEXEL(paths, 8, index, 7);                                               \
+        return ChainPath(floats_of(a), a.w, floats_of(b), last_of(b), floats_of(c), c.w,   \
+            d, e, f, g, h.xy, h.zw);                                                       \
+    }
+
+#define CHAIN_HITS(slot)                                                                   \
+    TEXELS(slot, hits)                                                                     \
+    ChainHit hit_at(uint index) {                                                          \
+        uvec4 a = TEXEL(hits, 2, index, 0);                                                \
+        uvec4 b = TEXEL(hits, 2, index, 1);                                                \
+        return ChainHit(uintBitsToFloat(a.x), a.y, uintBitsToFloat(a.zw), b.xy, b.zw);     \
+    }
+
 #define DIRECT_CELLS_OF(slot)                                                              \
     TEXELS(slot, direct_cells)                                                             \
     DirectCell direct_cell_at(uint index) {                                                \

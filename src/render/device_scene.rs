@@ -6,6 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging, Topology};
+use crate::render::bodies::Bodies;
 use crate::render::chains::lattice::DeviceLattices;
 use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
@@ -42,6 +43,7 @@ pub struct DeviceScene {
     pub casters: DeviceCasters,
     pub facets: DeviceFacets,
     pub lattices: DeviceLattices,
+    pub bodies: Bodies,
     pub staging: Staging,
     /// Patches beyond one for each pair of facet and light that buffers hold, for an error to aim for.
     pub patch_budget: u32,
@@ -71,13 +73,14 @@ impl DeviceScene {
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
         let facets = DeviceFacets::new(context, &mut staging, scene, &geometry.store, settings)?;
         let lights = DeviceLights::new(context, scene)?;
-        let lattices = DeviceLattices::new(context, scene, lights.scene_count, settings)?;
+        let lattices = DeviceLattices::new(context, scene, settings)?;
         let profile_table = profiles();
         let profiles = Buffer::new(context, "profiles", size_of_val(&*profile_table) as u64)?;
         staging.write::<Profile>(&profiles, 0, &profile_table)?;
         let object_bytes = scene.objects.len() * size_of::<DeviceObject>();
         let mut device = Self {
             lights,
+            bodies: Bodies::new(scene, lattices.is_needed),
             lattices,
             objects: Buffer::new(context, "objects", object_bytes as u64)?,
             geometry,
@@ -130,11 +133,17 @@ impl DeviceScene {
             &moved,
             is_stale || is_rebuilt,
         )?;
-        let objects = objects(scene, |object| receivers.of_object(object));
+        self.bodies.update(scene, &moved);
+        let bodies = &self.bodies;
+        let objects = objects(
+            scene,
+            |object| receivers.of_object(object),
+            |object| bodies.is_solid(scene, object),
+        );
         staging.write(&self.objects, 0, &objects)?;
 
         let mut lights = pack(scene, store.origin);
-        (self.lattices).update(staging, scene, store, &lights, &moved, &self.settings)?;
+        (self.lattices).update(staging, scene, store, bodies, &lights, &self.settings)?;
         let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);
         let changed = self.environment.update(
             context,

@@ -339,9 +339,11 @@ fn splat_chains(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
-    recorder.pass("clear waves", |r| {
-        chains.record_clear(r);
-        r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
+    recorder.pass("pilot chains", |r| {
+        chains.record_pilot(r, scene);
+        next(r);
+        chains.record_plan(r, scene);
+        next(r);
     })?;
     for wave in 0..Chains::waves(scene) {
         recorder.pass("trace chains", |r| {

@@ -96,6 +96,7 @@ mirrors! {
     }
     ChainLattice {
         origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
+        rows: u32, refinements: u32, unused0: u32, unused1: u32,
     }
     ChainPath {
         position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
@@ -118,8 +119,8 @@ mirrors! {
         error: f32, patch_share: f32, patch_budget: u32, is_lattice: u32, first_splat: u32,
     }
     ChainPush {
-        is_first: u32, lattice_count: u32, ray_count: u32, receiver_count: u32,
-        max_interfaces: u32, path_capacity: u32, splat_capacity: u32, spread: f32,
+        is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32,
+        max_interfaces: u32, ray_capacity: u32, path_capacity: u32, splat_capacity: u32, spread: f32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
     NumberPush { count: u32, is_limited: u32, }
@@ -197,6 +198,8 @@ mod tests {
         "ClusterStart",
         "DiffuseSurface",
         "DirectCell",
+        "ChainPath",
+        "ChainHit",
     ];
 
     /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.

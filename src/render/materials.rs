@@ -1,22 +1,30 @@
 //! Objects for the shaders: material and receiver.
 
 use crate::render::gpu_types;
-use crate::render::gpu_types::constants::{CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER};
+use crate::render::gpu_types::constants::{
+    CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER, SHEET, SOLID,
+};
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 
 /// One per object. `receiver_of` gives an object's index among the receivers of its kind, and whether the receiver is a
-/// mesh.
+/// mesh; `is_solid` whether it is a body without a receiver in it.
 pub fn objects(
     scene: &Scene,
     receiver_of: impl Fn(usize) -> Option<(u32, bool)>,
+    is_solid: impl Fn(usize) -> bool,
 ) -> Vec<gpu_types::Object> {
     (scene.objects.iter().enumerate())
-        .map(|(index, object)| object_of(scene, object, receiver_of(index)))
+        .map(|(index, object)| object_of(scene, object, receiver_of(index), is_solid(index)))
         .collect()
 }
 
-fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> gpu_types::Object {
+fn object_of(
+    scene: &Scene,
+    object: &Object,
+    receiver: Option<(u32, bool)>,
+    is_solid: bool,
+) -> gpu_types::Object {
     let [mut color, mut index, mut extinction] = [DVec3::ZERO; 3];
     let kind = match scene.materials[object.material].kind {
         MaterialKind::Mirror { reflectance } => {
@@ -31,8 +39,12 @@ fn object_of(scene: &Scene, object: &Object, receiver: Option<(u32, bool)>) -> g
             CONDUCTOR
         }
         MaterialKind::Dielectric(medium) => {
-            let is_sheet = f64::from(u8::from(medium.thin));
-            index = DVec3::new(medium.ior, medium.priority.into(), is_sheet);
+            let of_light = match (medium.thin, is_solid) {
+                (true, _) => SHEET.into(),
+                (false, true) => SOLID.into(),
+                (false, false) => 0.0,
+            };
+            index = DVec3::new(medium.ior, medium.priority.into(), of_light);
             extinction = medium.absorption;
             DIELECTRIC
         }

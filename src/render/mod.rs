@@ -8,6 +8,7 @@
 //! them.
 
 mod blocking;
+mod bodies;
 mod budget;
 mod caustic;
 mod chains;

@@ -82,8 +82,9 @@ fn by_footprints(
         if has_suns {
             triangles = Some(Box::new(Triangles::new(context, scene, &levels, settings)?));
         }
-        if scene.lattices.is_needed {
-            chains = Some(Box::new(Chains::new(context, scene, &levels)?));
+        if let (true, Some(triangles)) = (scene.lattices.is_needed, &triangles) {
+            let shares = &triangles.shares;
+            chains = Some(Box::new(Chains::new(context, scene, shares, &levels)?));
         }
         if let Some(pairs) = &scene.environment.pairs {
             projectors.push(pinhole_images(context, scene, &pairs.patches, &levels)?);

@@ -22,6 +22,7 @@ pub use animation::Animation;
 pub use atlas::{Atlas, NoLayout, Piece, Texel, Unwrapping};
 pub use glass::{D_LINE, GLASSES, Sellmeier};
 pub use load::{Loaded, load};
+pub(crate) use skin::is_closed;
 
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;

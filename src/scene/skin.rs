@@ -26,6 +26,12 @@ pub fn complaints(scene: &Scene) -> Vec<String> {
     scene.objects.iter().filter_map(complaint).collect()
 }
 
+/// Whether a mesh bounds a body, with its fronts outside.
+pub fn is_closed(mesh: &Mesh) -> bool {
+    let skin = Skin::of(mesh);
+    skin.open == 0 && skin.twisted == 0 && skin.volume > 0.0
+}
+
 /// What a mesh encloses. Corners at one place are one corner.
 struct Skin {
     /// Edges of one face, and the middle of one of them.

@@ -3,74 +3,82 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
+use crate::render::bodies::Bodies;
 use crate::render::geometry::occlusion::is_convex;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{ChainLattice, Light};
 use crate::render::settings::{Method, Settings};
-use crate::scene::{Geometry, MaterialKind, Object, Scene};
+use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Number of rays for an error of 2 %. The error falls with the square root of their number (measured on glass balls and a tumbler).
+/// Number of rays of a lattice for an error of 2 % of its own light. The error falls with the square root of their number (measured on
+/// glass balls and a tumbler).
 const RAYS_AT_2_PERCENT: f64 = 16_384.0;
-/// Minimum and maximum number of rays of a sun or lamp.
-const RAYS: [f64; 2] = [1024.0, 1_048_576.0];
-/// Minimum share of a caster in the rays of a sun or lamp.
-const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// Minimum and maximum number of rays of a lattice with all refinements.
+const RAYS: [f64; 2] = [1024.0, 262_144.0];
+/// Number of rays of all lattices over the maximum number of one lattice, at most: the shares of light add up to 1, and a lattice
+/// of a small share needs few.
+const RAYS_OF_ALL: f64 = 2.0;
+/// Rays before refinement: as a part of the maximum number for one lattice and for all, and at least, for one.
+const PILOT_PART: f64 = 1.0 / 64.0;
+const PILOT_PART_OF_ALL: f64 = 0.25;
+const MIN_PILOT_RAYS: f64 = 64.0;
 /// Maximum number of pairs of face and vertex that are compared to find whether a caster is convex.
 const MAX_PAIRS: usize = 1 << 24;
 /// Maximum number of lattices of a lamp to a caster.
 const FACES: u32 = 6;
 
 pub struct DeviceLattices {
+    /// Before refinement.
     pub buffer: Buffer,
     pub count: u32,
-    /// Number of rays.
-    pub ray_count: u32,
+    /// Maximum number of lattices.
+    pub capacity: u32,
+    /// Number of rays before refinement, and its maximum.
+    pub pilot_count: u32,
+    pub pilot_capacity: u32,
     /// Maximum number of rays of a frame.
     pub ray_capacity: u32,
     /// Whether chains are followed.
     pub is_needed: bool,
-    /// The casters' bounding boxes, m; `None` for other objects.
-    bounds: Vec<Option<[DVec3; 2]>>,
 }
 
 impl DeviceLattices {
-    /// Allocates for `light_count` suns and lamps.
+    /// Allocates for the suns and lamps of a scene.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.
     pub fn new(
         context: &Arc<Context>,
         scene: &Scene,
-        light_count: u32,
         settings: &Settings,
     ) -> Result<Self> {
         let is_needed = settings.method == Method::Footprint && may_chain(scene);
         let casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
-        let lattices = match is_needed {
-            true => light_count * casters.count() as u32 * FACES,
-            false => 0,
-        };
-        let rays = f64::from(light_count) * rays_of_light(settings);
-        // A lattice has whole rows and columns, and every caster its least share.
-        let slack = f64::from(lattices) * (1.0 + rays * LEAST_SHARE);
-        let bytes = u64::from(lattices.max(1)) * size_of::<ChainLattice>() as u64;
+        let faces = (scene.lights.iter()).map(|light| match light.kind {
+            LightKind::Sun { .. } => 1,
+            LightKind::Lamp { .. } => FACES,
+            LightKind::Environment { .. } => 0,
+        });
+        let capacity = u32::from(is_needed) * faces.sum::<u32>() * casters.count() as u32;
+        let bytes = u64::from(capacity.max(1)) * size_of::<ChainLattice>() as u64;
+        let rays = rays_of_lattice(settings);
+        // Rows and columns are rounded up.
+        let pilot_rays = (PILOT_PART_OF_ALL * rays).max(MIN_PILOT_RAYS * f64::from(capacity));
+        let pilot_capacity = u32::from(is_needed) * (2.0 * pilot_rays) as u32;
         Ok(Self {
             buffer: Buffer::new(context, "lattices", bytes)?,
             count: 0,
-            ray_count: 0,
-            ray_capacity: if is_needed {
-                (1.5 * rays + slack) as u32
-            } else {
-                0
-            },
+            capacity,
+            pilot_count: 0,
+            pilot_capacity,
+            ray_capacity: pilot_capacity.max((RAYS_OF_ALL * rays) as u32),
             is_needed,
-            bounds: vec![None; scene.objects.len()],
         })
     }
 
-    /// Chooses and stages the lattices; `moved` objects have other bounds than before.
+    /// Chooses and stages the lattices.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -79,50 +87,55 @@ impl DeviceLattices {
         staging: &mut Staging,
         scene: &Scene,
         store: &TriangleStore,
+        bodies: &Bodies,
         lights: &[Light],
-        moved: &[usize],
         settings: &Settings,
     ) -> Result<()> {
         if !self.is_needed {
             return Ok(());
         }
-        for &index in moved {
-            let object = &scene.objects[index];
-            self.bounds[index] =
-                starts_chains(scene, object).then(|| object.geometry.mesh().bounds());
-        }
-        let casters: Vec<(u32, [DVec3; 2])> = (0..)
-            .zip(&self.bounds)
-            .filter_map(|(object, bounds)| {
-                Some((object, (*bounds)?.map(|corner| corner - store.origin)))
+        let casters: Vec<(u32, [DVec3; 2])> = (scene.objects.iter().zip(0..))
+            .filter(|(object, _)| starts_chains(scene, object))
+            .map(|(_, index)| {
+                let bounds = bodies.bounds[index as usize];
+                (index, bounds.map(|corner| corner - store.origin))
             })
             .collect();
-        let mut lattices = Vec::new();
-        let mut first = 0;
-        for (light, number) in lights.iter().zip(0..) {
-            let windows: Vec<(u32, Window)> = (casters.iter())
-                .flat_map(|&(object, bounds)| {
+        let windows: Vec<(u32, u32, Window)> = (lights.iter().zip(0..))
+            .flat_map(|(light, number)| {
+                casters.iter().flat_map(move |&(object, bounds)| {
                     let windows = match light.is_lamp {
                         0 => vec![of_sun(light, bounds, store.size().into())],
                         _ => of_lamp(light, bounds),
                     };
-                    windows.into_iter().map(move |window| (object, window))
+                    (windows.into_iter()).map(move |window| (number, object, window))
                 })
-                .collect();
-            let total: f64 = windows.iter().map(|(_, window)| window.area()).sum();
-            let rays = rays_of_light(settings);
-            for (object, window) in windows {
-                let share = (window.area() / total).max(LEAST_SHARE);
-                let (lattice, count) = window.lattice(share * rays, first, object, number);
-                if first + count > self.ray_capacity {
-                    break;
-                }
-                first += count;
-                lattices.push(lattice);
-            }
+            })
+            .collect();
+        let rays = rays_of_lattice(settings);
+        let pilot = pilot_rays(rays, windows.len());
+        let refinements = (0.5 * (rays / pilot).log2()).ceil() as u32;
+        let mut first = 0;
+        let mut lattices = Vec::new();
+        for (light, object, window) in windows {
+            let (columns, rows) = window.columns_and_rows(rays * 0.25f64.powi(refinements as i32));
+            lattices.push(ChainLattice {
+                origin: window.origin.as_vec3(),
+                first,
+                edge_u: (window.edge_u / f64::from(columns)).as_vec3(),
+                columns,
+                edge_v: (window.edge_v / f64::from(rows)).as_vec3(),
+                object,
+                direction: window.direction.as_vec3(),
+                light,
+                rows,
+                refinements,
+                ..Default::default()
+            });
+            first += columns * rows;
         }
         self.count = lattices.len() as u32;
-        self.ray_count = first;
+        self.pilot_count = first;
         match lattices.is_empty() {
             true => Ok(()),
             false => staging.write(&self.buffer, 0, &lattices),
@@ -130,7 +143,14 @@ impl DeviceLattices {
     }
 }
 
-fn rays_of_light(settings: &Settings) -> f64 {
+/// Number of rays of each of `count` lattices before refinement, about.
+fn pilot_rays(rays: f64, count: usize) -> f64 {
+    let of_each = (PILOT_PART_OF_ALL / count.max(1) as f64).min(PILOT_PART);
+    (of_each * rays).max(MIN_PILOT_RAYS)
+}
+
+/// Maximum number of rays of a lattice.
+fn rays_of_lattice(settings: &Settings) -> f64 {
     let rays = match settings.error {
         Some(error) => RAYS_AT_2_PERCENT * (0.02 / f64::from(error)).powi(2),
         None => settings.samples.into(),
@@ -177,22 +197,12 @@ impl Window {
         self.edge_u.cross(self.edge_v).length()
     }
 
-    /// About `rays` rays in square cells; their number.
-    fn lattice(&self, rays: f64, first: u32, object: u32, light: u32) -> (ChainLattice, u32) {
+    /// Of about `rays` square cells.
+    fn columns_and_rows(&self, rays: f64) -> (u32, u32) {
         let cell = (self.area() / rays).sqrt();
-        let count = |edge: DVec3| (edge.length() / cell).ceil().clamp(1.0, 65_536.0);
-        let [columns, rows] = [self.edge_u, self.edge_v].map(count);
-        let lattice = ChainLattice {
-            origin: self.origin.as_vec3(),
-            first,
-            edge_u: (self.edge_u / columns).as_vec3(),
-            columns: columns as u32,
-            edge_v: (self.edge_v / rows).as_vec3(),
-            object,
-            direction: self.direction.as_vec3(),
-            light,
-        };
-        (lattice, columns as u32 * rows as u32)
+        // A long window has more rows than cells.
+        let count = |edge: DVec3| (edge.length() / cell).round().clamp(1.0, rays) as u32;
+        (count(self.edge_u), count(self.edge_v))
     }
 }
 

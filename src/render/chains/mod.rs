@@ -8,7 +8,7 @@ use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topo
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::SPLAT_GROUP;
-use crate::render::gpu_types::{ChainHit, ChainPath, ChainPush, Footprint};
+use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Footprint};
 use crate::render::splat::prefix_sums::PrefixSums;
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
@@ -25,6 +25,8 @@ const WAVE_WORDS: u32 = 14;
 const DRAW_WORD: u32 = 9;
 
 pub struct Chains {
+    pilot: BoundPipeline,
+    plan: BoundPipeline,
     /// From either buffer of paths to the other.
     trace: [BoundPipeline; 2],
     emit: [BoundPipeline; 2],
@@ -38,10 +40,21 @@ pub struct Chains {
 }
 
 impl Chains {
+    /// `shares` are the receivers' shares of the light of single surfaces.
+    ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
-    pub fn new(context: &Arc<Context>, scene: &mut DeviceScene, levels: &Levels) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &mut DeviceScene,
+        shares: &Buffer,
+        levels: &Levels,
+    ) -> Result<Self> {
         let rays = scene.lattices.ray_capacity;
+        let pilot_bytes = 4 * u64::from(scene.lattices.pilot_capacity);
+        let pilot_shares = Buffer::new(context, "pilot shares", pilot_bytes)?;
+        let lattice_bytes = scene.lattices.capacity as usize * size_of::<ChainLattice>();
+        let refined = Buffer::new(context, "refined lattices", lattice_bytes as u64)?;
         let path_capacity = (PATHS_PER_RAY * f64::from(rays)) as u32;
         let splat_capacity = (FOOTPRINTS_PER_RAY * f64::from(rays)) as u32;
         let of_paths = |name, bytes: usize| {
@@ -66,7 +79,18 @@ impl Chains {
         let quads = quads::indices(context, &mut scene.staging, "chain quads", splat_capacity)?;
 
         let buffer = Resource::Buffer;
-        let lattices = ("lattices", buffer(&scene.lattices.buffer));
+        let coarse = ("lattices", buffer(&scene.lattices.buffer));
+        let pilot_shares = ("pilot_shares", buffer(&pilot_shares));
+        let own = [coarse, ("shares", buffer(shares)), pilot_shares];
+        let pilot = scene.compute(context, &shaders::PILOT_CHAINS_COMP, &own)?;
+        let own = [
+            coarse,
+            pilot_shares,
+            ("refined", buffer(&refined)),
+            ("waves", buffer(&waves)),
+        ];
+        let plan = scene.compute(context, &shaders::PLAN_CHAINS_COMP, &own)?;
+        let lattices = ("lattices", buffer(&refined));
         let trace = |from: usize| {
             let own = [
                 lattices,
@@ -97,6 +121,8 @@ impl Chains {
         let [vertex, fragment] = [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG];
         let topology = Topology::Triangles;
         Ok(Self {
+            pilot,
+            plan,
             trace: [trace(0)?, trace(1)?],
             emit: [emit(0)?, emit(1)?],
             sums: PrefixSums::new(
@@ -118,9 +144,10 @@ impl Chains {
         ChainPush {
             is_first: u32::from(wave == 0),
             lattice_count: scene.lattices.count,
-            ray_count: scene.lattices.ray_count,
+            pilot_count: scene.lattices.pilot_count,
             receiver_count: scene.receivers.planar_count,
             max_interfaces: scene.scene.max_interfaces,
+            ray_capacity: scene.lattices.ray_capacity,
             path_capacity: self.path_capacity,
             splat_capacity: self.splat_capacity,
             spread: SPREAD,
@@ -132,9 +159,16 @@ impl Chains {
         scene.scene.max_interfaces + 1
     }
 
-    /// Begins a frame.
-    pub fn record_clear(&self, recorder: &mut Recorder) {
-        recorder.zero(&self.waves);
+    /// Finds how much light of several surfaces the rays of the lattices bring to the receivers.
+    pub fn record_pilot(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let rays = threads(scene.lattices.pilot_count);
+        recorder.dispatch(&self.pilot, &self.push(scene, 0), rays);
+    }
+
+    /// Refines the lattices, and begins the first wave.
+    pub fn record_plan(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let threads = [SPLAT_GROUP, 1, 1];
+        recorder.dispatch(&self.plan, &self.push(scene, 0), threads);
     }
 
     /// Finds what the rays of a wave meet.
@@ -155,10 +189,7 @@ impl Chains {
         pipelines: &[BoundPipeline; 2],
     ) {
         let (push, pipeline) = (self.push(scene, wave), &pipelines[wave as usize % 2]);
-        match wave {
-            0 => recorder.dispatch(pipeline, &push, threads(scene.lattices.ray_count)),
-            _ => recorder.dispatch_indirect(pipeline, &push, &self.waves, 0),
-        }
+        recorder.dispatch_indirect(pipeline, &push, &self.waves, 0);
     }
 
     /// Numbers the lobes and footprints of a wave within blocks.

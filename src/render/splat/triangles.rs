@@ -52,7 +52,8 @@ pub struct Triangles {
     pub traces_corners: bool,
     patch_capacity: u32,
     aim: Aim,
-    shares: Buffer,
+    /// Of each receiver.
+    pub shares: Buffer,
 }
 
 /// What a frame made.

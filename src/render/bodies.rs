@@ -1,0 +1,61 @@
+//! Where objects are, and which dielectric meshes light cannot reach a receiver through at one surface alone.
+
+use crate::scene::{Geometry, MaterialKind, Object, Scene, is_closed};
+use glam::DVec3;
+
+/// Of the size of the body: less overlap is contact.
+const CONTACT: f64 = 1e-6;
+
+pub struct Bodies {
+    /// Bounding box of each object, m, where it is needed.
+    pub bounds: Vec<[DVec3; 2]>,
+    /// Whether an object is a closed dielectric mesh.
+    is_closed: Vec<bool>,
+    needs_bounds: Vec<bool>,
+}
+
+impl Bodies {
+    /// `has_chains`: the bounds of all casters are needed.
+    pub fn new(scene: &Scene, has_chains: bool) -> Self {
+        let closed = |object: &Object| {
+            let kind = &scene.materials[object.material].kind;
+            match &object.geometry {
+                Geometry::Mesh(mesh) => {
+                    matches!(kind, MaterialKind::Dielectric(_)) && is_closed(mesh)
+                }
+                Geometry::Rect(_) | Geometry::Waves(_) => false,
+            }
+        };
+        let is_closed: Vec<bool> = scene.objects.iter().map(closed).collect();
+        let is_caster =
+            |object: &Object| has_chains && scene.materials[object.material].kind.is_specular();
+        Self {
+            bounds: vec![[DVec3::ZERO; 2]; scene.objects.len()],
+            needs_bounds: (scene.objects.iter().zip(&is_closed))
+                .map(|(object, closed)| *closed || object.light_map.is_some() || is_caster(object))
+                .collect(),
+            is_closed,
+        }
+    }
+
+    /// Updates the bounds of the objects that moved.
+    pub fn update(&mut self, scene: &Scene, moved: &[usize]) {
+        for &index in moved.iter().filter(|&&index| self.needs_bounds[index]) {
+            self.bounds[index] = scene.objects[index].geometry.mesh().bounds();
+        }
+    }
+
+    /// Whether an object is a closed body without a receiver in it: light that enters it lands nowhere before it meets another
+    /// surface.
+    pub fn is_solid(&self, scene: &Scene, index: usize) -> bool {
+        let [low, high] = self.bounds[index];
+        let contact = CONTACT * low.distance(high);
+        let is_inside = |[other_low, other_high]: [DVec3; 2]| {
+            let above = (high - contact).cmpgt(other_low);
+            (above & (low + contact).cmplt(other_high)).all()
+        };
+        self.is_closed[index]
+            && !(scene.objects.iter().zip(&self.bounds))
+                .any(|(other, &bounds)| other.light_map.is_some() && is_inside(bounds))
+    }
+}
