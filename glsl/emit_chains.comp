@@ -29,88 +29,9 @@ layout(std430, binding = 14) readonly buffer Profiles { Profile profiles[]; };
 #include "kernel_fit.glsl"
 #include "level_kernel.glsl"
 #include "light_axes.glsl"
+#include "chain_ray.glsl"
 #include "chain.glsl"
-
-// What changes of a path become at the surface that it meets.
-struct Transfer {
-    Changes changes;
-    vec3 normal[4];  // of the normal, over the cell (0, 1) and over the light (2, 3)
-};
-
-Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at, ChainLattice lattice, bool is_first) {
-    Triangle triangle = triangle_at(hit.triangle);
-    Normals corner = normals_at(hit.triangle);
-    vec3 d = path.direction;
-    Transfer transfer;
-    transfer.changes = changes_of(path);
-    float along = dot(d, at.geometric);
-    vec3 n0 = (1.0 - hit.barycentric.x - hit.barycentric.y) * corner.n0 + hit.barycentric.x * corner.n1 + hit.barycentric.y * corner.n2;
-    bool is_smooth = at.normal != at.geometric;
-    float e11 = dot(triangle.edge1, triangle.edge1);
-    float e12 = dot(triangle.edge1, triangle.edge2);
-    float e22 = dot(triangle.edge2, triangle.edge2);
-    float determinant = e11 * e22 - e12 * e12;
-    if (is_first) {
-        // The light varies in direction at a fixed place of the first surface. light_axes() points toward the light.
-        Light light = light_at(lattice.light);
-        LightDisc disc = disc_at(light, path.position + hit.distance * d);
-        light_axes(light, disc, transfer.changes.direction[2], transfer.changes.direction[3]);
-        transfer.changes.direction[2] = -transfer.changes.direction[2];
-        transfer.changes.direction[3] = -transfer.changes.direction[3];
-    }
-    for (int i = 0; i < 4; i++) {
-        vec3 place = transfer.changes.place[i] + hit.distance * transfer.changes.direction[i];
-        if (is_first && i >= 2) place = vec3(0.0);
-        place -= d * (dot(place, at.geometric) / along);
-        transfer.changes.place[i] = place;
-        transfer.normal[i] = vec3(0.0);
-        if (is_smooth) {
-            float p1 = dot(place, triangle.edge1);
-            float p2 = dot(place, triangle.edge2);
-            vec2 uv = vec2(p1 * e22 - p2 * e12, p2 * e11 - p1 * e12) / determinant;
-            transfer.normal[i] = normalize_change(n0, uv.x * (corner.n1 - corner.n0) + uv.y * (corner.n2 - corner.n0)) * at.side;
-        }
-    }
-    return transfer;
-}
-
-// The path of the reflected or the refracted lobe.
-ChainPath next_path(ChainPath path, ChainHit hit, Interaction at, Transfer transfer, Lobe lobe, bool refracts, bool is_first) {
-    Changes changes = transfer.changes;
-    for (int i = 0; i < 4; i++) {
-        changes.direction[i] = outgoing_change(-path.direction, at.normal, -changes.direction[i], transfer.normal[i], refracts ? at.eta : 0.0);
-    }
-    ChainPath next = next_ray(path, hit, at, lobe, refracts, is_first);
-    if (lobe.is_weak) {
-        next.counts += 1 << 8;
-        for (int i = 0; i < 2; i++) {
-            changes.place[i] *= 2.0;
-            changes.direction[i] *= 2.0;
-        }
-    }
-    set_changes(next, changes);
-    return next;
-}
-
-// The footprint of a landing with `flux`, W, on receiver number `index`.
-Footprint footprint_of(Landing landing, vec3 flux, PlanarReceiver receiver, uint index) {
-    Kernel kernel = kernel_for(landing.of_cell, landing.of_light, 1.0 / 12.0, SHARPEST_CURVED);
-    LevelKernel here = in_level(kernel, landing.centre, receiver);
-    kernel = here.kernel;
-    vec2 low = clamp(here.centre - here.half_size, here.tile_low, here.tile_high);
-    vec2 high = clamp(here.centre + here.half_size, here.tile_low, here.tile_high);
-    if (!(kernel.determinant > 0.0)) high = low;
-    if (here.level > 0) atomicOr(coarse[index], 1u << here.level);
-    float peak = peak_of(kernel);
-    vec3 irradiance = flux * (here.scale * here.scale * peak / texel_area(receiver));
-    vec3 no_clip = vec3(0.0, 0.0, 1.0);
-    // A small footprint is normalised over its texels.
-    if (is_small(here)) {
-        float sum = sum_over_texels(here, false, vec2(0.0), no_clip);
-        if (sum > 0.0) irradiance /= sum * peak;
-    }
-    return Footprint(here.centre, vec2(0.0), conic_of(kernel), kernel.profile.flatness, irradiance, 0.0, no_clip, 0.0, low, high);
-}
+#include "chain_changes.glsl"
 
 void main() {
     uint index = thread_index();

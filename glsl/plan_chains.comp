@@ -5,24 +5,35 @@
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Lattices { ChainLattice lattices[]; };
-layout(std430, binding = 1) readonly buffer PilotShares { float pilot_shares[]; };
+PILOT_RAYS(1)
 layout(std430, binding = 2) buffer Refined { ChainLattice refined[]; };
-layout(std430, binding = 3) buffer Waves { uint waves[]; }; // see advance_chains.comp
+layout(std430, binding = 3) buffer Waves { uint waves[]; }; // see scan_chains.comp
 #include "chain_push.glsl"
 #include "dispatch_arguments.glsl"
 
 // With all its refinements a lattice has the error to aim for in its own light. It adds at most half of that to the light of its
 // receivers.
 const float MAX_ADDED = 0.5;
+// A receiver with less than this share of all light is judged as if it had so much.
+const float DIM_RECEIVER = 0.01;
 // Of a lattice without chains.
 const uint NONE = 0xffffffffu;
 
+// The light that lands on each receiver, W. Receivers beyond them share.
+shared float landed[SPLAT_GROUP];
+
 // How often a lattice is refined. The error of its light falls to a half with each refinement.
-uint refinements_of(ChainLattice lattice) {
-    float ratio = 0.0;
-    for (uint i = 0; i < lattice.columns * lattice.rows; i++) ratio += pilot_shares[lattice.first + i];
-    if (ratio == 0.0) return NONE;
-    float spared = floor(log2(MAX_ADDED * (1.0 + ratio) / ratio));
+uint refinements_of(ChainLattice lattice, float all) {
+    float share = 0.0;
+    bool chains = false;
+    for (uint i = 0; i < lattice.columns * lattice.rows; i++) {
+        PilotRay ray = pilot_ray_at(lattice.first + i);
+        if (ray.interfaces < 2) continue;
+        chains = true;
+        share += ray.flux / max(max(landed[ray.receiver % SPLAT_GROUP], DIM_RECEIVER * all), 1e-30);
+    }
+    if (!chains) return NONE;
+    float spared = floor(log2(MAX_ADDED / max(share, 1e-9)));
     return lattice.refinements - uint(clamp(spared, 0.0, float(lattice.refinements)));
 }
 
@@ -38,14 +49,25 @@ uint ray_count(uint fewer) {
 
 // One workgroup.
 void main() {
-    for (uint i = gl_LocalInvocationIndex; i < push.lattice_count; i += SPLAT_GROUP) {
+    uint own = gl_LocalInvocationIndex;
+    landed[own] = 0.0;
+    if (own < push.receiver_count) {
+        for (uint i = 0; i < push.pilot_count; i++) {
+            PilotRay ray = pilot_ray_at(i);
+            if (ray.receiver % SPLAT_GROUP == own) landed[own] += ray.flux;
+        }
+    }
+    barrier();
+    float all = 0.0;
+    for (uint i = 0; i < SPLAT_GROUP; i++) all += landed[i];
+    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
         ChainLattice lattice = lattices[i];
-        lattice.refinements = refinements_of(lattice);
+        lattice.refinements = refinements_of(lattice, all);
         refined[i] = lattice;
     }
     memoryBarrierBuffer();
     barrier();
-    if (gl_LocalInvocationIndex != 0) return;
+    if (own != 0) return;
     uint fewer = 0;
     while (fewer < 16 && ray_count(fewer) > push.ray_capacity) fewer++;
     uint first = 0;
@@ -68,5 +90,4 @@ void main() {
     waves[6] = first;
     waves[7] = 0;
     waves[8] = 0;
-    WRITE_DRAW(waves, 9, 0)
 }

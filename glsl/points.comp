@@ -24,13 +24,17 @@ layout(push_constant) uniform PointsPush {
     uint mesh_receiver_count;
     uint lobes;         // 1: reflected light; 2: also refracted light
     uint can_occlude;
+    uint max_interfaces; // specular surfaces on a chain, at most; 1: nothing chains
     float area;         // total area of the lit triangles, m^2
 } push;
 
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
+#include "media.glsl"
+#include "chain_hit.glsl"
 #include "planar_receiver.glsl"
+#include "chain_ray.glsl"
 #include "mesh_receiver.glsl"
 #include "sampling.glsl"
 
@@ -47,16 +51,15 @@ float coordinate(uint point, int dimension) {
     return float(fraction(point, dimension) >> 8) / 16777216.0;
 }
 
-// Splats `flux`, W, onto the texel of the mesh receiver that a ray meets first. Returns false where the ray meets none.
-bool project_to_mesh(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat) {
-    Hit hit = nearest(x, r, self, OCCLUDES | IS_MESH_RECEIVER);
-    if (hit.triangle == NO_TRIANGLE) return false;
-    Triangle triangle = triangle_at(hit.triangle);
+// Splats `flux`, W, onto the texel of the mesh receiver that a ray in the direction r hits. Returns false where it hits none.
+bool project_to_mesh(vec3 r, uint triangle_, vec2 barycentric, vec3 flux, out PointSplat splat) {
+    if (triangle_ == NO_TRIANGLE) return false;
+    Triangle triangle = triangle_at(triangle_);
     bool front = dot(cross(triangle.edge1, triangle.edge2), r) < 0.0;
     if (!front || (triangle.flags & IS_MESH_RECEIVER) == 0) return false;
     MeshReceiver receiver = mesh_receivers[object_at(triangle.object).receiver];
     uvec2 size = uvec2(receiver.width, receiver.height);
-    vec2 place = light_map_position(receiver, normals_at(hit.triangle), hit.barycentric);
+    vec2 place = light_map_position(receiver, normals_at(triangle_), barycentric);
     uvec2 texel = min(uvec2(max(place, vec2(0.0))), size - 1);
     uint index = texel.x + texel.y * size.x;
     AtlasTexel own = atlas_texels[receiver.first_texel + index];
@@ -69,6 +72,52 @@ bool project_to_mesh(vec3 x, vec3 r, uint self, vec3 flux, out PointSplat splat)
     uvec2 at = uvec2(receiver.tile_x, receiver.tile_y) + uvec2(index % size.x, index / size.x);
     splat = PointSplat(flux / own.area, at.x | at.y << 16);
     return true;
+}
+
+// Splats `flux` onto the texel of a planar receiver at a place in the light-map image. Returns false outside.
+bool project_to_plane(PlanarReceiver receiver, vec2 place, vec3 flux, out PointSplat splat) {
+    vec2 texel = floor(place);
+    vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
+    if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) return false;
+    splat = PointSplat(flux / texel_area(receiver), uint(texel.x) | uint(texel.y) << 16);
+    return true;
+}
+
+// From 0 to 1, independent for the surfaces of a chain (Jarzynski & Olano 2020).
+float independent(uint point, uint interfaces) {
+    uint state = (point * 17 + interfaces) * 747796405u + 2891336453u;
+    uint word = (state >> (state >> 28) + 4 ^ state) * 277803737u;
+    return float((word >> 22 ^ word) >> 8) / 16777216.0;
+}
+
+// Follows light that left its first surface to the next ones, along one lobe of each, and splats it where it lands. The slots of
+// its targets begin at `first_slot`.
+void follow(ChainPath path, uint point, uint first_slot) {
+    for (;;) {
+        ChainHit hit = hit_of(path);
+        if (interfaces_of(path) > 1) {
+            PointSplat splat;
+            for (uint index = 0; index < push.receiver_count; index++) {
+                PlanarReceiver receiver = planar_receiver_at(index);
+                float distance_;
+                vec2 place;
+                if (!meets_plane(path, receiver, distance_, place) || distance_ > hit.distance * 1.0001) continue;
+                vec3 flux = path.flux * exp(-distance_ * filling(hit.media).absorption);
+                if (project_to_plane(receiver, place, flux, splat)) splats[first_slot + index] = splat;
+            }
+            vec3 flux = path.flux * exp(-hit.distance * filling(hit.media).absorption);
+            if (push.mesh_receiver_count > 0 && project_to_mesh(path.direction, hit.triangle, hit.barycentric, flux, splat)) {
+                splats[first_slot + push.receiver_count] = splat;
+            }
+        }
+        ChainLattice none;
+        Interaction at;
+        if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, none, false, at)) return;
+        Lobe lobe;
+        bool refracts;
+        if (!choose_lobe(path, at, independent(point, interfaces_of(path)), lobe, refracts)) return;
+        path = next_ray(path, hit, at, lobe, refracts, false);
+    }
 }
 
 void main() {
@@ -114,35 +163,47 @@ void main() {
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
     vec3 share = reflected_share(object, cosine, eta);
     vec3 arriving = light.power * (disc_weight(disc, s) * cosine * push.area / float(push.points));
-    bool lit = false;
+    bool lit = push.can_occlude == 0;
     for (uint target = 0; target < targets; target++) {
         bool refracts = target >= targets_per_lobe;
         if (refracts && eta == 0.0) return;
         vec3 r = outgoing_direction(s, n, refracts ? eta : 0.0);
         vec3 flux = arriving * (refracts ? 1.0 - share : share);
         if (!(dot(geometric, r) * (refracts ? -1.0 : 1.0) > 0.0)) continue;
-        if (target % targets_per_lobe == push.receiver_count) {
-            PointSplat splat;
-            if (!project_to_mesh(x, r, self, flux, splat)) continue;
-            if (push.can_occlude != 0 && !lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
-            lit = true;
-            splats[local * targets + target] = splat;
-            continue;
-        }
-        PlanarReceiver receiver = planar_receiver_at(target % targets_per_lobe);
-        float along = dot(r, receiver.normal);
-        float away = dot(receiver.origin - x, receiver.normal);
-        if (along >= 0.0 || away >= 0.0) continue;
-        vec3 hit = x + (away / along) * r;
-        vec2 texel = floor(to_texels(receiver, hit));
-        vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
-        if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) continue;
-        if (push.can_occlude != 0) {
+        uint receiver_index = target % targets_per_lobe;
+        PointSplat splat;
+        if (receiver_index == push.receiver_count) {
+            Hit hit = nearest(x, r, self, OCCLUDES | IS_MESH_RECEIVER);
+            if (!project_to_mesh(r, hit.triangle, hit.barycentric, flux, splat)) continue;
+        } else {
+            PlanarReceiver receiver = planar_receiver_at(receiver_index);
+            float along = dot(r, receiver.normal);
+            float away = dot(receiver.origin - x, receiver.normal);
+            if (along >= 0.0 || away >= 0.0) continue;
+            vec3 hit = x + (away / along) * r;
+            if (!project_to_plane(receiver, to_texels(receiver, hit), flux, splat)) continue;
             if (!lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
             lit = true;
-            if (occluded(x, hit - x, SHADOW_RAY_END, self)) continue;
+            if (push.can_occlude != 0 && occluded(x, hit - x, SHADOW_RAY_END, self)) continue;
         }
-        splats[local * targets + target] =
-            PointSplat(flux / texel_area(receiver), uint(texel.x) | uint(texel.y) << 16);
+        if (!lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
+        lit = true;
+        splats[local * targets + target] = splat;
+    }
+    if (push.max_interfaces == 1 || !lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
+    ChainPath path;
+    path.position = x;
+    path.triangle = self;
+    path.first_flux = 0.0;
+    path.counts = 1;
+    uvec2 media[2];
+    media_at(uvec2(0), object, front, media[0], media[1]);
+    for (uint lobe = 0; lobe < 2; lobe++) {
+        if (lobe == 1 && eta == 0.0) return;
+        path.direction = outgoing_direction(s, n, lobe == 1 ? eta : 0.0);
+        path.flux = arriving * (lobe == 1 ? 1.0 - share : share);
+        path.media = media[lobe];
+        if (!(dot(geometric, path.direction) * (lobe == 1 ? -1.0 : 1.0) > 0.0)) continue;
+        follow(path, point, local * targets + lobe * targets_per_lobe);
     }
 }

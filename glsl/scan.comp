@@ -23,24 +23,17 @@ layout(push_constant) uniform ScanPush {
 
 // One workgroup.
 void main() {
-    uvec2 before = uvec2(0);
     uint count = push.is_limited != 0 ? min(push.count, unit_totals[6]) : push.count;
     uint blocks = (count + SPLAT_GROUP - 1) / SPLAT_GROUP;
-    for (uint first = 0; first < blocks; first += SPLAT_GROUP) {
-        uint block = first + gl_LocalInvocationIndex;
-        uvec2 total;
-        uvec2 sum = exclusive_sum(block < blocks ? block_sums[block] : uvec2(0), total);
-        if (block < blocks) block_sums[block] = before + sum;
-        before += total;
-    }
+    SCAN_BLOCKS(block_sums, blocks, total)
     if (gl_LocalInvocationIndex == 0) {
-        WRITE_DISPATCH_OF(totals, 0, before.x)
-        WRITE_DISPATCH_OF(totals, 3, before.y)
-        totals[6] = before.x;
-        totals[7] = before.y;
+        WRITE_DISPATCH_OF(totals, 0, total.x)
+        WRITE_DISPATCH_OF(totals, 3, total.y)
+        totals[6] = total.x;
+        totals[7] = total.y;
         for (uint batch = 0; batch < push.batches; batch++) {
             uint first = batch * push.batch_size;
-            uint units = min(max(before.x, first) - first, push.batch_size);
+            uint units = min(max(total.x, first) - first, push.batch_size);
             uint at = 9 * (batch + 1);
             WRITE_DISPATCH_OF(totals, at, units)
             WRITE_DRAW(totals, at + 3, units)

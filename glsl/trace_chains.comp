@@ -24,6 +24,7 @@ layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"
+#include "chain_ray.glsl"
 #include "chain.glsl"
 
 void main() {

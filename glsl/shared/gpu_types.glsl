@@ -334,6 +334,14 @@ struct ChainLattice {
     uint unused1;
 };
 
+// Where a ray of a lattice before refinement lands.
+struct PilotRay {
+    float flux;      // W; 0: nowhere
+    uint receiver;
+    uint interfaces; // surfaces that it met
+    uint unused;
+};
+
 // The state of a chain: the ray that leaves a surface, and how it changes over a cell of the lattice and over the light.
 // Changes are across the ray, in the axes of basis(direction): two of the place, then two of the direction.
 struct ChainPath {

@@ -19,3 +19,15 @@ uvec2 exclusive_sum(uvec2 value, out uvec2 total) {
     barrier();
     return result;
 }
+
+// Replaces `count_` sums of blocks in the buffer `block_sums` by their prefix sums; `total_` becomes their sum. All threads of the
+// one workgroup run it.
+#define SCAN_BLOCKS(block_sums, count_, total_)                                                     \
+    uvec2 total_ = uvec2(0);                                                                        \
+    for (uint first_ = 0; first_ < (count_); first_ += SPLAT_GROUP) {                               \
+        uint block_ = first_ + gl_LocalInvocationIndex;                                             \
+        uvec2 of_blocks_;                                                                           \
+        uvec2 sum_ = exclusive_sum(block_ < (count_) ? block_sums[block_] : uvec2(0), of_blocks_);  \
+        if (block_ < (count_)) block_sums[block_] = total_ + sum_;                                  \
+        total_ += of_blocks_;                                                                       \
+    }

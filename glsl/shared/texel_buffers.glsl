@@ -148,6 +148,13 @@ float last_of(uvec4 texel) {
             d, e, f, g, h.xy, h.zw);                                                       \
     }
 
+#define PILOT_RAYS(slot)                                                                   \
+    TEXELS(slot, pilot_rays)                                                               \
+    PilotRay pilot_ray_at(uint index) {                                                    \
+        uvec4 a = TEXEL(pilot_rays, 1, index, 0);                                          \
+        return PilotRay(uintBitsToFloat(a.x), a.y, a.z, a.w);                              \
+    }
+
 #define CHAIN_HITS(slot)                                                                   \
     TEXELS(slot, hits)                                                                     \
     ChainHit hit_at(uint index) {                                                          \

@@ -143,7 +143,6 @@ impl DeviceScene {
         staging.write(&self.objects, 0, &objects)?;
 
         let mut lights = pack(scene, store.origin);
-        (self.lattices).update(staging, scene, store, bodies, &lights, &self.settings)?;
         let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);
         let changed = self.environment.update(
             context,
@@ -153,6 +152,16 @@ impl DeviceScene {
             [before, EnvironmentLight::of(scene)?],
             &lights,
             !moved.is_empty(),
+            &self.settings,
+        )?;
+        let is_another = changed.is_another;
+        (self.lattices).update(
+            staging,
+            scene,
+            store,
+            bodies,
+            &lights,
+            is_another,
             &self.settings,
         )?;
         lights.extend(changed.suns);

@@ -16,7 +16,7 @@
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
 use crate::render::caustic::Caustic;
-use crate::render::chains::Chains;
+use crate::render::chains::{Chains, WAVES};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{bands, first_groups};
 use crate::render::lights::Source;
@@ -345,24 +345,26 @@ fn splat_chains(
         chains.record_plan(r, scene);
         next(r);
     })?;
-    for wave in 0..Chains::waves(scene) {
+    for wave in 0..WAVES {
         recorder.pass("trace chains", |r| {
             chains.record_trace(r, scene, wave);
             next(r);
         })?;
         recorder.pass("number chains", |r| {
-            chains.record_number(r);
+            chains.record_number(r, wave);
             next(r);
-            chains.record_scan(r);
+            chains.record_scan(r, scene, wave);
             next(r);
         })?;
         recorder.pass("emit chains", |r| {
             chains.record_emit(r, scene, wave);
             next(r);
-            chains.record_advance(r, scene);
-            next(r);
         })?;
     }
+    recorder.pass("finish chains", |r| {
+        chains.record_finish(r, scene);
+        next(r);
+    })?;
     recorder.pass("splat chains", |r| {
         r.barrier(Access::COMPUTE_WRITE, LIST_READ);
         chains.record_splat(r, light_map, *clear);

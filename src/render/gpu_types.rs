@@ -98,6 +98,7 @@ mirrors! {
         origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
         rows: u32, refinements: u32, unused0: u32, unused1: u32,
     }
+    PilotRay { flux: f32, receiver: u32, interfaces: u32, unused: u32, }
     ChainPath {
         position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
         cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,
@@ -134,7 +135,7 @@ mirrors! {
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
         lit_triangle_count: u32, receiver_count: u32, mesh_receiver_count: u32, lobes: u32, can_occlude: u32,
-        area: f32,
+        max_interfaces: u32, area: f32,
     }
     PinholePush {
         first: UVec2, receiver: u32, first_patch: u32,
@@ -199,7 +200,6 @@ mod tests {
         "DiffuseSurface",
         "DirectCell",
         "ChainPath",
-        "ChainHit",
     ];
 
     /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.

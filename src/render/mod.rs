@@ -272,7 +272,7 @@ impl Renderer {
             notes.extend(self.scene.casters.note(self.settings.samples));
         }
         // Behind its first surface light may go on by way of any other.
-        if !self.scene.lattices.is_needed {
+        if !self.scene.lattices.may_chain {
             notes.extend(diagnostics::sentences(&self.scene, environment_counts));
         }
         notes

@@ -82,9 +82,8 @@ fn by_footprints(
         if has_suns {
             triangles = Some(Box::new(Triangles::new(context, scene, &levels, settings)?));
         }
-        if let (true, Some(triangles)) = (scene.lattices.is_needed, &triangles) {
-            let shares = &triangles.shares;
-            chains = Some(Box::new(Chains::new(context, scene, shares, &levels)?));
+        if scene.lattices.is_needed {
+            chains = Some(Box::new(Chains::new(context, scene, &levels)?));
         }
         if let Some(pairs) = &scene.environment.pairs {
             projectors.push(pinhole_images(context, scene, &pairs.patches, &levels)?);

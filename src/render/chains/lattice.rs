@@ -4,9 +4,12 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::bodies::Bodies;
+use crate::render::environment::cell::EnvironmentCell;
+use crate::render::environment::cells::subdivide;
 use crate::render::geometry::occlusion::is_convex;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{ChainLattice, Light};
+use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
 use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
 use glam::DVec3;
@@ -29,7 +32,13 @@ const MAX_PAIRS: usize = 1 << 24;
 /// Maximum number of lattices of a lamp to a caster.
 const FACES: u32 = 6;
 
+/// Number of cells of an environment.
+const ENVIRONMENT_CELLS: usize = 64;
+
 pub struct DeviceLattices {
+    /// Suns, lamps, then the environment's cells.
+    pub lights: Buffer,
+    cells: Vec<EnvironmentCell>,
     /// Before refinement.
     pub buffer: Buffer,
     pub count: u32,
@@ -40,7 +49,9 @@ pub struct DeviceLattices {
     pub pilot_capacity: u32,
     /// Maximum number of rays of a frame.
     pub ray_capacity: u32,
-    /// Whether chains are followed.
+    /// Whether light may meet several surfaces.
+    pub may_chain: bool,
+    /// Whether lattices follow it.
     pub is_needed: bool,
 }
 
@@ -49,17 +60,14 @@ impl DeviceLattices {
     ///
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.
-    pub fn new(
-        context: &Arc<Context>,
-        scene: &Scene,
-        settings: &Settings,
-    ) -> Result<Self> {
-        let is_needed = settings.method == Method::Footprint && may_chain(scene);
+    pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
+        let may_chain = may_chain(scene);
+        let is_needed = may_chain && settings.method == Method::Footprint;
         let casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
         let faces = (scene.lights.iter()).map(|light| match light.kind {
             LightKind::Sun { .. } => 1,
             LightKind::Lamp { .. } => FACES,
-            LightKind::Environment { .. } => 0,
+            LightKind::Environment { .. } => ENVIRONMENT_CELLS as u32,
         });
         let capacity = u32::from(is_needed) * faces.sum::<u32>() * casters.count() as u32;
         let bytes = u64::from(capacity.max(1)) * size_of::<ChainLattice>() as u64;
@@ -67,18 +75,24 @@ impl DeviceLattices {
         // Rows and columns are rounded up.
         let pilot_rays = (PILOT_PART_OF_ALL * rays).max(MIN_PILOT_RAYS * f64::from(capacity));
         let pilot_capacity = u32::from(is_needed) * (2.0 * pilot_rays) as u32;
+        let lights = scene.lights.len() + ENVIRONMENT_CELLS;
+        let light_bytes = (lights * size_of::<Light>()) as u64;
         Ok(Self {
+            lights: Buffer::new(context, "lights of chains", light_bytes)?,
+            cells: Vec::new(),
             buffer: Buffer::new(context, "lattices", bytes)?,
             count: 0,
             capacity,
             pilot_count: 0,
             pilot_capacity,
             ray_capacity: pilot_capacity.max((RAYS_OF_ALL * rays) as u32),
+            may_chain,
             is_needed,
         })
     }
 
-    /// Chooses and stages the lattices.
+    /// Chooses and stages the lattices. `lights` are the scene's suns and lamps; `is_another`: the environment has another map than
+    /// before.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -89,11 +103,24 @@ impl DeviceLattices {
         store: &TriangleStore,
         bodies: &Bodies,
         lights: &[Light],
+        is_another: bool,
         settings: &Settings,
     ) -> Result<()> {
         if !self.is_needed {
             return Ok(());
         }
+        let mut lights = lights.to_vec();
+        if let Some(environment) = EnvironmentLight::of(scene)? {
+            if is_another {
+                let subdivision = subdivide(environment.map, &[ENVIRONMENT_CELLS]);
+                let cells = subdivision.rects[0].iter();
+                self.cells = cells.map(|rect| subdivision.cell(rect)).collect();
+            }
+            let light =
+                |cell: &EnvironmentCell| cell.light(environment.scale, environment.rotation);
+            lights.extend(self.cells.iter().map(light));
+        }
+        staging.write(&self.lights, 0, &lights)?;
         let casters: Vec<(u32, [DVec3; 2])> = (scene.objects.iter().zip(0..))
             .filter(|(object, _)| starts_chains(scene, object))
             .map(|(_, index)| {

@@ -8,8 +8,9 @@ use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topo
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::SPLAT_GROUP;
-use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Footprint};
-use crate::render::splat::prefix_sums::PrefixSums;
+use crate::render::gpu_types::{
+    ChainHit, ChainLattice, ChainPath, ChainPush, Footprint, NumberPush, PilotRay,
+};
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
@@ -17,42 +18,38 @@ use std::sync::Arc;
 /// Maximum number of paths of a wave over the number of rays of the lattices. A wave grows where both lobes are followed.
 const PATHS_PER_RAY: f64 = 1.5;
 /// Maximum number of footprints over the number of rays of the lattices.
-const FOOTPRINTS_PER_RAY: f64 = 4.0;
+const FOOTPRINTS_PER_RAY: f64 = 2.0;
 /// Variance of a kernel over the square of the lattice's cell. Less leaves gaps where the cells' images do not join.
 const SPREAD: f32 = 0.2;
-/// Words of the buffer of waves: see advance_chains.comp.
+/// Number of waves, after which every path follows one lobe of a surface to its end.
+pub const WAVES: u32 = 6;
+/// Words of the sizes of a wave: see scan_chains.comp.
 const WAVE_WORDS: u32 = 14;
 const DRAW_WORD: u32 = 9;
 
 pub struct Chains {
     pilot: BoundPipeline,
     plan: BoundPipeline,
-    /// From either buffer of paths to the other.
+    /// From either wave to the other.
     trace: [BoundPipeline; 2],
+    number: [BoundPipeline; 2],
+    scan: [BoundPipeline; 2],
     emit: [BoundPipeline; 2],
-    sums: PrefixSums,
-    advance: BoundPipeline,
+    finish: BoundPipeline,
     draw: BoundPipeline,
-    waves: Buffer,
+    waves: [Buffer; 2],
     quads: Buffer,
     path_capacity: u32,
     splat_capacity: u32,
 }
 
 impl Chains {
-    /// `shares` are the receivers' shares of the light of single surfaces.
-    ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
-    pub fn new(
-        context: &Arc<Context>,
-        scene: &mut DeviceScene,
-        shares: &Buffer,
-        levels: &Levels,
-    ) -> Result<Self> {
+    pub fn new(context: &Arc<Context>, scene: &mut DeviceScene, levels: &Levels) -> Result<Self> {
         let rays = scene.lattices.ray_capacity;
-        let pilot_bytes = 4 * u64::from(scene.lattices.pilot_capacity);
-        let pilot_shares = Buffer::new(context, "pilot shares", pilot_bytes)?;
+        let pilot_bytes = scene.lattices.pilot_capacity as usize * size_of::<PilotRay>();
+        let pilot_rays = Buffer::new(context, "pilot rays", pilot_bytes as u64)?;
         let lattice_bytes = scene.lattices.capacity as usize * size_of::<ChainLattice>();
         let refined = Buffer::new(context, "refined lattices", lattice_bytes as u64)?;
         let path_capacity = (PATHS_PER_RAY * f64::from(rays)) as u32;
@@ -68,8 +65,8 @@ impl Chains {
         let numbers = of_paths("chain numbers", 8)?;
         let blocks = u64::from(path_capacity.div_ceil(SPLAT_GROUP));
         let block_sums = Buffer::new(context, "chain sums", 8 * blocks)?;
-        let totals = Buffer::new(context, "chain totals", 36)?;
-        let waves = Buffer::new(context, "waves", 4 * u64::from(WAVE_WORDS))?;
+        let sizes = |name| Buffer::new(context, name, 4 * u64::from(WAVE_WORDS));
+        let waves = [sizes("wave")?, sizes("next wave")?];
         let splats = u64::from(splat_capacity);
         let footprints = Buffer::new(
             context,
@@ -80,43 +77,68 @@ impl Chains {
 
         let buffer = Resource::Buffer;
         let coarse = ("lattices", buffer(&scene.lattices.buffer));
-        let pilot_shares = ("pilot_shares", buffer(&pilot_shares));
-        let own = [coarse, ("shares", buffer(shares)), pilot_shares];
+        let lights = ("lights", buffer(&scene.lattices.lights));
+        let pilot_rays = ("pilot_rays", buffer(&pilot_rays));
+        let own = [coarse, lights, pilot_rays];
         let pilot = scene.compute(context, &shaders::PILOT_CHAINS_COMP, &own)?;
         let own = [
             coarse,
-            pilot_shares,
+            pilot_rays,
             ("refined", buffer(&refined)),
-            ("waves", buffer(&waves)),
+            ("waves", buffer(&waves[0])),
         ];
         let plan = scene.compute(context, &shaders::PLAN_CHAINS_COMP, &own)?;
         let lattices = ("lattices", buffer(&refined));
         let trace = |from: usize| {
             let own = [
                 lattices,
+                lights,
                 ("paths", buffer(&paths[from])),
                 ("hits", buffer(&hits)),
                 ("numbers", buffer(&numbers)),
-                ("waves", buffer(&waves)),
+                ("waves", buffer(&waves[from])),
             ];
             scene.compute(context, &shaders::TRACE_CHAINS_COMP, &own)
         };
         let emit = |from: usize| {
             let own = [
                 lattices,
+                lights,
                 ("paths", buffer(&paths[from])),
                 ("hits", buffer(&hits)),
                 ("numbers", buffer(&numbers)),
                 ("block_sums", buffer(&block_sums)),
-                ("waves", buffer(&waves)),
+                ("waves", buffer(&waves[from])),
                 ("next_paths", buffer(&paths[1 - from])),
                 ("footprints", buffer(&footprints)),
                 ("coarse", buffer(&levels.coarse)),
             ];
             scene.compute(context, &shaders::EMIT_CHAINS_COMP, &own)
         };
-        let own = [("totals", buffer(&totals)), ("waves", buffer(&waves))];
-        let advance = scene.compute(context, &shaders::ADVANCE_CHAINS_COMP, &own)?;
+        let number = |from: usize| {
+            let own = [
+                ("numbers", buffer(&numbers)),
+                ("block_sums", buffer(&block_sums)),
+                ("unit_totals", buffer(&waves[from])),
+            ];
+            scene.compute(context, &shaders::NUMBER_COMP, &own)
+        };
+        let scan = |from: usize| {
+            let own = [
+                ("block_sums", buffer(&block_sums)),
+                ("waves", buffer(&waves[from])),
+                ("next_waves", buffer(&waves[1 - from])),
+            ];
+            scene.compute(context, &shaders::SCAN_CHAINS_COMP, &own)
+        };
+        let last = WAVES as usize % 2;
+        let own = [
+            ("paths", buffer(&paths[last])),
+            ("waves", buffer(&waves[last])),
+            ("footprints", buffer(&footprints)),
+            ("coarse", buffer(&levels.coarse)),
+        ];
+        let finish = scene.compute(context, &shaders::FINISH_CHAINS_COMP, &own)?;
         let drawn = [("footprints", buffer(&footprints))];
         let [vertex, fragment] = [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG];
         let topology = Topology::Triangles;
@@ -124,14 +146,10 @@ impl Chains {
             pilot,
             plan,
             trace: [trace(0)?, trace(1)?],
+            number: [number(0)?, number(1)?],
+            scan: [scan(0)?, scan(1)?],
             emit: [emit(0)?, emit(1)?],
-            sums: PrefixSums::new(
-                context,
-                scene,
-                [&numbers, &block_sums, &totals],
-                Some(&waves),
-            )?,
-            advance,
+            finish,
             draw: BoundPipeline::graphics(context, vertex, fragment, topology, &drawn)?,
             waves,
             quads,
@@ -152,11 +170,6 @@ impl Chains {
             splat_capacity: self.splat_capacity,
             spread: SPREAD,
         }
-    }
-
-    /// Number of waves. The rays of the last one only land.
-    pub fn waves(scene: &DeviceScene) -> u32 {
-        scene.scene.max_interfaces + 1
     }
 
     /// Finds how much light of several surfaces the rays of the lattices bring to the receivers.
@@ -189,28 +202,35 @@ impl Chains {
         pipelines: &[BoundPipeline; 2],
     ) {
         let (push, pipeline) = (self.push(scene, wave), &pipelines[wave as usize % 2]);
-        recorder.dispatch_indirect(pipeline, &push, &self.waves, 0);
+        recorder.dispatch_indirect(pipeline, &push, &self.waves[wave as usize % 2], 0);
     }
 
     /// Numbers the lobes and footprints of a wave within blocks.
-    pub fn record_number(&self, recorder: &mut Recorder) {
-        self.sums.record_number(recorder, self.path_capacity);
+    pub fn record_number(&self, recorder: &mut Recorder, wave: u32) {
+        let push = NumberPush {
+            count: self.path_capacity,
+            is_limited: 1,
+        };
+        let blocks = threads(self.path_capacity.div_ceil(SPLAT_GROUP));
+        recorder.dispatch(&self.number[wave as usize % 2], &push, blocks);
     }
 
-    /// Numbers the blocks.
-    pub fn record_scan(&self, recorder: &mut Recorder) {
-        self.sums.record_scan(recorder, self.path_capacity, [0, 1]);
+    /// Numbers the blocks, which gives the size of the next wave.
+    pub fn record_scan(&self, recorder: &mut Recorder, scene: &DeviceScene, wave: u32) {
+        let (push, threads) = (self.push(scene, wave), [SPLAT_GROUP, 1, 1]);
+        recorder.dispatch(&self.scan[wave as usize % 2], &push, threads);
     }
 
-    /// Goes on to the next wave.
-    pub fn record_advance(&self, recorder: &mut Recorder, scene: &DeviceScene) {
-        recorder.dispatch(&self.advance, &self.push(scene, 1), [1, 1, 1]);
+    /// Writes the footprints of the paths that are left.
+    pub fn record_finish(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let (push, waves) = (self.push(scene, WAVES), &self.waves[WAVES as usize % 2]);
+        recorder.dispatch_indirect(&self.finish, &push, waves, 0);
     }
 
     /// Draws the footprints of all waves into the light maps; `clear` clears the maps first.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         let push = draw_push(light_map);
-        let (draw, quads, waves) = (&self.draw, &self.quads, &self.waves);
+        let (draw, quads, waves) = (&self.draw, &self.quads, &self.waves[WAVES as usize % 2]);
         let offset = 4 * u64::from(DRAW_WORD);
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, waves, offset);
     }

@@ -76,6 +76,10 @@ impl Points {
             mesh_receiver_count: scene.receivers.mesh_count(),
             lobes: scene.casters.lobes,
             can_occlude: u32::from(scene.geometry.can_occlude),
+            max_interfaces: match scene.lattices.may_chain {
+                true => scene.scene.max_interfaces,
+                false => 1,
+            },
             area: scene.casters.area,
         };
         recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);

@@ -52,8 +52,7 @@ pub struct Triangles {
     pub traces_corners: bool,
     patch_capacity: u32,
     aim: Aim,
-    /// Of each receiver.
-    pub shares: Buffer,
+    shares: Buffer,
 }
 
 /// What a frame made.

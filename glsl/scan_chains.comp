@@ -1,0 +1,30 @@
+// scan chains: replaces the sums of blocks of a wave by their prefix sums, and writes the sizes of the next wave.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
+// A VkDispatchIndirectCommand with a thread for each path of the wave, three unused words, the number of paths of the wave, the
+// number of footprints of earlier waves, that of paths for which there was no room, and a VkDrawIndexedIndirectCommand of the
+// footprints where each path of the wave has one.
+layout(std430, binding = 1) readonly buffer Waves { uint waves[]; };
+layout(std430, binding = 2) writeonly buffer NextWaves { uint next_waves[]; };
+#include "chain_push.glsl"
+
+#include "prefix_sum.glsl"
+#include "dispatch_arguments.glsl"
+
+// One workgroup.
+void main() {
+    uint blocks = (waves[6] + SPLAT_GROUP - 1) / SPLAT_GROUP;
+    SCAN_BLOCKS(block_sums, blocks, total)
+    if (gl_LocalInvocationIndex != 0) return;
+    uint paths = min(total.x, push.path_capacity);
+    uint footprints = min(waves[7] + total.y, push.splat_capacity);
+    WRITE_DISPATCH_OF(next_waves, 0, paths)
+    next_waves[6] = paths;
+    next_waves[7] = footprints;
+    next_waves[8] = waves[8] + total.x - paths;
+    WRITE_DRAW(next_waves, 9, min(footprints + paths, push.splat_capacity))
+}
