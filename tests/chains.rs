@@ -3,7 +3,8 @@
 mod common;
 
 use common::{
-    Device, assert_error, footprint, image, l1, load, only_receiver, options, solve, with_texels,
+    Device, assert_error, footprint, image, l1, load, load_with_chains, only_receiver, options,
+    solve, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -231,7 +232,7 @@ fn glass_displaces_what_overlaps_it() {
 /// image.
 #[test]
 fn curved_mirror_then_flat_mirror() {
-    let wide = with_texels(load("two_mirrors.toml"), "floor", [64, 64]);
+    let wide = with_texels(load_with_chains("two_mirrors.toml"), "floor", [64, 64]);
     // The flat mirror meets all light from the half ring. The sun shines over it onto the half ring.
     let plane = 0.5;
     let mut both = wide.clone();
@@ -296,7 +297,7 @@ fn against_the_reference() {
         ("tumbler.toml", 48, 0.11),
         ("two_mirrors.toml", 48, 0.04),
     ] {
-        let scene = only_receiver(load(name), "floor", [side, side]);
+        let scene = only_receiver(load_with_chains(name), "floor", [side, side]);
         let truth = solve(&scene, "floor", [side, side], &options(0.02));
         let truth_map = image(&truth);
         let device = Device::open();

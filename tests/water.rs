@@ -13,8 +13,8 @@ use nephroid::image_file::RgbImage;
 use nephroid::optics::fresnel_dielectric;
 use nephroid::render::Method;
 use nephroid::scene::{
-    DEFAULT_MAX_INTERFACES, Dielectric, EnvironmentMap, Geometry, Light, LightKind, Material,
-    MaterialKind, Object, Rect, Scene, Sine, Waves,
+    Dielectric, EnvironmentMap, Geometry, Light, LightKind, Material, MaterialKind, Object, Rect,
+    Scene, Sine, Waves,
 };
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -74,7 +74,7 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
             object("floor", 1, floor(half, -0.5), Some([32, 32]), true),
             object("ceiling", 1, ceiling, Some([32, 32]), false),
         ],
-        max_interfaces: DEFAULT_MAX_INTERFACES,
+        max_interfaces: 1,
     }
 }
 

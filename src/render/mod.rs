@@ -264,6 +264,21 @@ impl Renderer {
             let note = "no caustic: nothing in the scene reflects or refracts light";
             notes.push(note.into());
         }
+        if self.scene.lattices.may_chain {
+            match self.settings.method {
+                Method::Pinhole | Method::Beams => notes.push(
+                    "light that meets several mirrors or interfaces is left out: the methods footprint and points \
+                     follow it"
+                        .into(),
+                ),
+                Method::Footprint if self.scene.receivers.mesh_count() > 0 => notes.push(
+                    "light that meets several mirrors or interfaces is left out on meshes: the method points has it \
+                     there"
+                        .into(),
+                ),
+                _ => {}
+            }
+        }
         if self.settings.budget.is_some() && self.budget.is_none() {
             let note = "the time is not held: only suns and lamps on flat receivers take less time at a larger error";
             notes.push(note.into());

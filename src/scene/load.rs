@@ -5,7 +5,7 @@
 //!
 //! | table | keys |
 //! |---|---|
-//! | | `version = 1`, `max_interfaces` (1): specular surfaces on the way of light to a receiver |
+//! | | `version = 1`, `max_interfaces` (16): specular surfaces on the way of light to a receiver |
 //! | `[camera]` | `position`, `target`, `fov_degrees` (vertical), `exposure_ev` (0) |
 //! | `[[light]]` of `kind = "sun"` | `name`, `direction` (toward the light, any length), `irradiance` (on a plane facing it), `angular_radius_degrees` (0: a point) |
 //! | `[[light]]` of `kind = "lamp"` | `name`, `position`, `radius`, `flux` (W; of a sphere that shines evenly) |

@@ -59,7 +59,7 @@ pub struct Scene {
 }
 
 /// [`Scene::max_interfaces`] where a scene does not say.
-pub const DEFAULT_MAX_INTERFACES: u32 = 1;
+pub const DEFAULT_MAX_INTERFACES: u32 = 16;
 
 /// Pinhole camera.
 #[derive(Debug, Clone)]

@@ -30,8 +30,16 @@ pub fn scene_path(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// A shipped scene.
+/// A shipped scene with light of single surfaces alone, as all methods have it.
 pub fn load(name: &str) -> Scene {
+    Scene {
+        max_interfaces: 1,
+        ..load_with_chains(name)
+    }
+}
+
+/// A shipped scene as it is.
+pub fn load_with_chains(name: &str) -> Scene {
     scene::load(&scene_path(name)).unwrap().scene
 }
 
