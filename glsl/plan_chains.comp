@@ -11,8 +11,8 @@ layout(std430, binding = 3) buffer Waves { uint waves[]; }; // see scan_chains.c
 #include "chain_push.glsl"
 #include "dispatch_arguments.glsl"
 
-// With all its refinements a lattice has the error to aim for in its own light. It adds at most half of that to the light of its
-// receivers.
+// A lattice with all its refinements, all rays of which land, has the error to aim for in its own light. The error falls with the
+// root of the number of rays that land. It adds at most this share of the error to the light of its receivers.
 const float MAX_ADDED = 0.5;
 // A receiver with less than this share of all light is judged as if it had so much.
 const float DIM_RECEIVER = 0.01;
@@ -21,20 +21,31 @@ const uint NONE = 0xffffffffu;
 
 // The light that lands on each receiver, W. Receivers beyond them share.
 shared float landed[SPLAT_GROUP];
+// Number of rays that land.
+shared float landings_on[SPLAT_GROUP];
 
-// How often a lattice is refined. The error of its light falls to a half with each refinement.
-uint refinements_of(ChainLattice lattice, float all) {
+// How often a lattice is refined.
+uint refinements_of(ChainLattice lattice, float all, float landed_rays) {
     float share = 0.0;
+    float landings = 0.0;
     bool chains = false;
-    for (uint i = 0; i < lattice.columns * lattice.rows; i++) {
+    uint rays = lattice.columns * lattice.rows;
+    for (uint i = 0; i < rays; i++) {
         PilotRay ray = pilot_ray_at(lattice.first + i);
         if (ray.interfaces < 2) continue;
         chains = true;
+        if (ray.flux == 0.0) continue;
         share += ray.flux / max(max(landed[ray.receiver % SPLAT_GROUP], DIM_RECEIVER * all), 1e-30);
+        landings += 1.0;
     }
     if (!chains) return NONE;
-    float spared = floor(log2(MAX_ADDED / max(share, 1e-9)));
-    return lattice.refinements - uint(clamp(spared, 0.0, float(lattice.refinements)));
+    if (landings == 0.0) {
+        // Up to about one more ray may land.
+        landings = 0.5;
+        share = landings / max(landed_rays, 1.0);
+    }
+    float needed = exp2(2.0 * float(lattice.refinements)) * float(rays) * min(share * share / (MAX_ADDED * MAX_ADDED), 1.0);
+    return uint(clamp(ceil(0.5 * log2(needed / landings)), 0.0, float(lattice.refinements)));
 }
 
 // Number of rays where each lattice is refined `fewer` times less.
@@ -50,19 +61,25 @@ uint ray_count(uint fewer) {
 // One workgroup.
 void main() {
     uint own = gl_LocalInvocationIndex;
-    landed[own] = 0.0;
+    landed[own] = landings_on[own] = 0.0;
     if (own < push.receiver_count) {
         for (uint i = 0; i < push.pilot_count; i++) {
             PilotRay ray = pilot_ray_at(i);
-            if (ray.receiver % SPLAT_GROUP == own) landed[own] += ray.flux;
+            if (ray.flux == 0.0 || ray.receiver % SPLAT_GROUP != own) continue;
+            landed[own] += ray.flux;
+            landings_on[own] += 1.0;
         }
     }
     barrier();
     float all = 0.0;
-    for (uint i = 0; i < SPLAT_GROUP; i++) all += landed[i];
+    float landed_rays = 0.0;
+    for (uint i = 0; i < SPLAT_GROUP; i++) {
+        all += landed[i];
+        landed_rays += landings_on[i];
+    }
     for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
         ChainLattice lattice = lattices[i];
-        lattice.refinements = refinements_of(lattice, all);
+        lattice.refinements = refinements_of(lattice, all, landed_rays);
         refined[i] = lattice;
     }
     memoryBarrierBuffer();

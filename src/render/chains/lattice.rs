@@ -24,7 +24,7 @@ const RAYS: [f64; 2] = [1024.0, 262_144.0];
 /// of a small share needs few.
 const RAYS_OF_ALL: f64 = 2.0;
 /// Rays before refinement: as a part of the maximum number for one lattice and for all, and at least, for one.
-const PILOT_PART: f64 = 1.0 / 64.0;
+const PILOT_PART: f64 = 1.0 / 16.0;
 const PILOT_PART_OF_ALL: f64 = 0.25;
 const MIN_PILOT_RAYS: f64 = 64.0;
 /// Maximum number of pairs of face and vertex that are compared to find whether a caster is convex.
