@@ -7,8 +7,9 @@ mod common;
 use common::{Device, accuracy, run::Run};
 
 fn main() -> std::io::Result<()> {
-    let run = Run::on(Device::unwatched().0.info());
-    let reached = accuracy::measure(Device::unwatched, |line| println!("{line}"));
+    let device = Device::unwatched();
+    let run = Run::on(device.0.info());
+    let reached = accuracy::measure(&device, |line| println!("{line}"));
     let text = accuracy::document(&run, &reached);
     std::fs::write(accuracy::path(), &text)?;
     println!("wrote docs/accuracy.md");

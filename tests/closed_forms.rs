@@ -8,7 +8,9 @@ use common::closed_forms::{
     BALL, CARDIOID, CASES, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, RIM, Solver,
 };
 use common::{Device, accuracy, assert_error, assert_physical, flux, load, method, rect};
+use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
+use nephroid::scene::Scene;
 
 /// Every figure of the form's cases is within what is asked of it and what the document says, and is not in its twins.
 fn check(form: &Form, by_reference: bool) {
@@ -18,18 +20,26 @@ fn check(form: &Form, by_reference: bool) {
         .collect();
     assert!(!cases.is_empty());
     let document = std::fs::read_to_string(accuracy::path()).unwrap();
+    let device = Device::open();
     for case in cases {
         let scene = (case.scene)();
-        let map = case.map(scene.clone(), Device::open);
+        let map = case.map(scene.clone(), &device);
+        // Figures share twins.
+        let mut twins: Vec<(fn(Scene) -> Scene, RgbImage)> = Vec::new();
         assert_physical(&map);
         for asked in case.asked {
             let what = [form.title, case.scene_text, asked.figure.name].join(", ");
             let error = (asked.figure.error)(&scene, &map);
             accuracy::assert_documented(&document, case, asked, error);
             assert!(!asked.twins.is_empty());
-            for twin in asked.twins {
-                let twin = case.map(twin(scene.clone()), Device::open);
-                let perturbed = (asked.figure.error)(&scene, &twin);
+            for &twin in asked.twins {
+                let known =
+                    (twins.iter()).position(|(known, _)| std::ptr::fn_addr_eq(*known, twin));
+                let index = known.unwrap_or_else(|| {
+                    twins.push((twin, case.map(twin(scene.clone()), &device)));
+                    twins.len() - 1
+                });
+                let perturbed = (asked.figure.error)(&scene, &twins[index].1);
                 assert_error(&what, asked.bound, error, perturbed);
             }
         }

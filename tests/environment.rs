@@ -55,7 +55,7 @@ fn disc(toward: DVec3, radius: f64) -> LightKind {
 #[test]
 fn windows_on_the_ring() {
     let scene = under(ring(), load("table.toml").lights[0].kind.clone());
-    let truth = image(&solve(&scene, "floor", [64, 64], &options(0.02)));
+    let truth = image(&common::truth(&scene, "floor", [64, 64], &options(0.02)));
     let device = Device::open();
     let l1_of =
         |scene: &Scene, samples| l1(&device.caustic(scene, "floor", &footprint(samples)), &truth);
@@ -87,7 +87,7 @@ fn images_and_cells_are_settings() {
     let usual = map(4096, 4, 4096);
     assert!(usual.pixels == map(1024, 16, 4096).pixels);
     assert!(usual.pixels == map(4096, 4, 1024).pixels);
-    let truth = image(&solve(&scene, "floor", [64, 64], &options(0.02)));
+    let truth = image(&common::truth(&scene, "floor", [64, 64], &options(0.02)));
     let [usual, more, few] =
         [usual, map(4096, 16, 4096), map(4096, 4, 8)].map(|map| l1(&map, &truth));
     println!("L1 {usual}, with more images {more}, with 8 parts {few}");

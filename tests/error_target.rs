@@ -8,7 +8,7 @@ use approx::relative_eq;
 use assert_cmd::assert::Assert;
 use common::{
     Device, assert_error, brighter, image, l1, load, moved, nephroid, only_receiver, options,
-    scene_path, solve,
+    scene_path,
 };
 use glam::DVec3;
 use nephroid::render::{MAX_PATCHES, Settings};
@@ -36,7 +36,7 @@ fn aiming_for(error: f32) -> Settings {
 
 /// Estimated and true error, and the number of patches.
 fn errors(device: &Device, scene: &Scene, truth: &Scene, target: f32) -> (f64, f64, u32) {
-    let reference = image(&solve(truth, "floor", TEXELS, &options(NOISE)));
+    let reference = image(&common::truth(truth, "floor", TEXELS, &options(NOISE)));
     let mut renderer = device.renderer(scene, &aiming_for(target));
     renderer.caustic().unwrap();
     let floor = scene.object_index("floor").unwrap();

@@ -22,12 +22,12 @@ fn scene(degrees: f64) -> Scene {
     with_sun_of(with_texels(load("ring.toml"), "floor", TEXELS), degrees)
 }
 
-/// Converged, with an expected L1 error of 0.4 %.
+/// Converged, with an expected L1 error of 0.6 %.
 fn reference(degrees: f64) -> &'static RgbImage {
     static SUNS: OnceLock<RgbImage> = OnceLock::new();
     static LAMPS: OnceLock<RgbImage> = OnceLock::new();
     let cell = if degrees == SUN { &SUNS } else { &LAMPS };
-    cell.get_or_init(|| image(&solve(&scene(degrees), "floor", TEXELS, &options(0.004))))
+    cell.get_or_init(|| image(&solve(&scene(degrees), "floor", TEXELS, &options(0.006))))
 }
 
 /// L1 of the footprints of about `samples` patches, seen to be worse where the light is 5 % too

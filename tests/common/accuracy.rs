@@ -30,11 +30,11 @@ pub fn path() -> PathBuf {
 }
 
 /// All figures, in the order of the cases.
-pub fn measure(open: fn() -> Device, mut progress: impl FnMut(&str)) -> Vec<String> {
+pub fn measure(device: &Device, mut progress: impl FnMut(&str)) -> Vec<String> {
     let mut reached = Vec::new();
     for case in CASES {
         let scene = (case.scene)();
-        let map = case.map(scene.clone(), open);
+        let map = case.map(scene.clone(), device);
         for asked in case.asked {
             let error = (asked.figure.error)(&scene, &map);
             let what = [case.form.title, &solver(case), asked.figure.name].join(", ");

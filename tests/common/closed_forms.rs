@@ -62,10 +62,10 @@ pub enum Unit {
 
 impl Case {
     /// The light map of `scene`, which is the case's own or a twin of it.
-    pub fn map(&self, scene: Scene, open: fn() -> Device) -> RgbImage {
+    pub fn map(&self, scene: Scene, device: &Device) -> RgbImage {
         let scene = with_texels(scene, self.receiver, self.texels);
         match self.solver {
-            Solver::Renderer(settings) => open().caustic(&scene, self.receiver, &settings()),
+            Solver::Renderer(settings) => device.caustic(&scene, self.receiver, &settings()),
             Solver::Reference(error) => {
                 image(&solve(&scene, self.receiver, self.texels, &options(error)))
             }

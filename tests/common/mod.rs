@@ -19,10 +19,12 @@ use nephroid::scene::{
 };
 use predicates::prelude::*;
 use predicates::str::contains;
+use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, LazyLock, Mutex, OnceLock};
 
 pub fn scene_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -149,6 +151,25 @@ pub fn solve(scene: &Scene, receiver: &str, texels: [u32; 2], options: &Options)
     let receiver = scene.object_index(receiver).unwrap();
     let cancel = AtomicBool::new(false);
     caustic(scene, receiver, texels, options, &mut |_| {}, &cancel).unwrap()
+}
+
+/// [`solve`] to this error, once in a process: tests that need the same truth share it.
+pub fn truth(scene: &Scene, receiver: &str, texels: [u32; 2], options: &Options) -> Arc<Reference> {
+    type Truths = HashMap<blake3::Hash, Arc<OnceLock<Arc<Reference>>>>;
+    static TRUTHS: LazyLock<Mutex<Truths>> = LazyLock::new(Mutex::default);
+    struct Feed(blake3::Hasher);
+    impl std::fmt::Write for Feed {
+        fn write_str(&mut self, text: &str) -> std::fmt::Result {
+            self.0.update(text.as_bytes());
+            Ok(())
+        }
+    }
+    let mut feed = Feed(blake3::Hasher::new());
+    write!(feed, "{scene:?} {receiver:?} {texels:?} {options:?}").unwrap();
+    let cell = (TRUTHS.lock().unwrap().entry(feed.0.finalize()).or_default()).clone();
+    // Solved without the lock: others may solve other scenes at the same time.
+    cell.get_or_init(|| Arc::new(solve(scene, receiver, texels, options)))
+        .clone()
 }
 
 pub fn options(error: f64) -> Options {
