@@ -5,12 +5,11 @@
 mod common;
 
 use common::closed_forms::{
-    BALL, CARDIOID, CASES, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, RIM, Solver,
+    BALL, CARDIOID, CASES, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, RIM, Solver, Twin,
 };
 use common::{Device, accuracy, assert_error, assert_physical, flux, load, method, rect};
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
-use nephroid::scene::Scene;
 
 /// Every figure of the form's cases is within what is asked of it and what the document says, and is not in its twins.
 fn check(form: &Form, by_reference: bool) {
@@ -25,7 +24,7 @@ fn check(form: &Form, by_reference: bool) {
         let scene = (case.scene)();
         let map = case.map(scene.clone(), &device);
         // Figures share twins.
-        let mut twins: Vec<(fn(Scene) -> Scene, RgbImage)> = Vec::new();
+        let mut twins: Vec<(Twin, RgbImage)> = Vec::new();
         assert_physical(&map);
         for asked in case.asked {
             let what = [form.title, case.scene_text, asked.figure.name].join(", ");

@@ -182,7 +182,7 @@ fn an_environment_lights_meshes() {
     let map = [64, 64];
     let mut scene = scene(receiver(globe().0, vec![], map));
     scene.lights = load("table.toml").lights;
-    let truth = image(&solve(&scene, "receiver", map, &options(0.015)));
+    let truth = image(&solve(&scene, "receiver", map, &options(0.02)));
     let caustic = |scene: &Scene, samples| device.caustic(scene, "receiver", &footprint(samples));
     let found = caustic(&scene, 16_384);
     assert_physical(&found);

@@ -63,17 +63,17 @@ fn footprints_of_the_bowl_with_the_lamp_near_and_far() {
     let device = Device::open();
     for sizes in [1.0, 2.0, 5.0, 20.0] {
         let scene = bowl(sizes, 128);
-        let truth = image(&solve(&scene, "table", [128; 2], &options(0.012)));
+        let truth = image(&solve(&scene, "table", [128; 2], &options(0.016)));
         let error = |scene: &Scene| {
             let map = device.caustic(scene, "table", &footprint(16_384));
             assert_physical(&map);
             l1(&map, &truth)
         };
         let what = format!("bowl, lamp at {sizes} times its width, L1");
-        let bright = brighter(scene.clone(), 1.05);
-        assert_error(&what, 0.03, error(&scene), error(&bright));
-        let nearer = bowl(0.9 * sizes, 128);
-        assert_error(&what, 0.03, error(&scene), error(&nearer));
+        let found = error(&scene);
+        for perturbed in [brighter(scene.clone(), 1.05), bowl(0.9 * sizes, 128)] {
+            assert_error(&what, 0.03, found, error(&perturbed));
+        }
     }
 }
 
@@ -84,7 +84,7 @@ fn points_of_the_bowl() {
     let scene = bowl(1.0, 64);
     let truth = image(&solve(&scene, "table", [64; 2], &options(0.01)));
     let error = |scene: &Scene| {
-        let map = device.caustic(scene, "table", &method(Method::Points, 4_000_000));
+        let map = device.caustic(scene, "table", &method(Method::Points, 2_000_000));
         l1(&map, &truth)
     };
     let bright = brighter(scene.clone(), 1.05);
