@@ -61,6 +61,10 @@ impl Chains {
             mirror_of_blocker,
         }
     }
+
+    pub fn max_interfaces(&self) -> u32 {
+        self.max_interfaces
+    }
 }
 
 impl Problem<'_> {
@@ -74,11 +78,23 @@ impl Problem<'_> {
         let dielectrics = &self.chains.dielectrics;
         let tolerance = self.blockers.map_or(0.0, |blockers| blockers.tolerance());
         loop {
-            let nearest = (self.blockers)
-                .and_then(|blockers| blockers.nearest(ray.origin, ray.direction, ray.from));
-            let way = nearest.map_or(f64::INFINITY, |(_, distance, _)| distance);
-            let transmitted = |distance| ray.flux * ray.media.transmittance(dielectrics, distance);
+            let mut hits = Vec::new();
             (self.receiver).hits(ray.origin, ray.direction, |texel, distance, normal| {
+                hits.push((texel, distance, normal));
+            });
+            // Nothing turns the light after its last interface: only what stands before the receiver matters.
+            let is_last = ray.interfaces >= self.chains.max_interfaces;
+            if is_last && hits.is_empty() {
+                return;
+            }
+            let reach = match is_last {
+                true => hits.iter().map(|hit| hit.1).fold(0.0, f64::max),
+                false => f64::INFINITY,
+            };
+            let nearest = (self.blockers)
+                .and_then(|blockers| blockers.nearest(ray.origin, ray.direction, reach, ray.from));
+            let way = nearest.map_or(f64::INFINITY, |(_, distance, _)| distance);
+            for (texel, distance, normal) in hits {
                 if distance <= way + tolerance {
                     let landing = Landing {
                         texel,
@@ -87,9 +103,10 @@ impl Problem<'_> {
                         distance,
                         interfaces: ray.interfaces,
                     };
-                    lands(&landing, transmitted(distance));
+                    let transmitted = ray.media.transmittance(dielectrics, distance);
+                    lands(&landing, ray.flux * transmitted);
                 }
-            });
+            }
             let Some((blocker, distance, weights)) = nearest else {
                 return;
             };
@@ -114,7 +131,7 @@ impl Problem<'_> {
                 };
                 continue;
             }
-            if ray.interfaces >= self.chains.max_interfaces {
+            if is_last {
                 return;
             }
             let leaving = (mirror.surface).leaving_with_fallback(

@@ -23,6 +23,7 @@ use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, sobol_4d, split_mix};
 use crate::reference::{Map, Problem};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::cell::LazyCell;
 
 /// Memory for the maps of replicates that are computed at the same time, bytes.
 const MAP_MEMORY: usize = 1 << 30;
@@ -191,15 +192,12 @@ impl<'a> LightTracing<'a> {
             point.normal,
             triangle.geometric_normal,
         );
-        let is_absorbed = leaving.iter().all(Option::is_none);
-        if is_absorbed
-            || problem.blocked(
-                point.position,
-                light.direction,
-                light.distance,
-                triangle.blocker,
-            )
-        {
+        // A shadow ray costs more than a single ray on its way to the receiver, which most miss, and less than a chain.
+        let is_lit = LazyCell::new(|| {
+            let (toward, distance) = (light.direction, light.distance);
+            !problem.blocked(point.position, toward, distance, triangle.blocker)
+        });
+        if problem.chains.max_interfaces() > 1 && !*is_lit {
             return;
         }
         let arriving = triangle.area
@@ -218,6 +216,9 @@ impl<'a> LightTracing<'a> {
                 interfaces: 1,
             };
             problem.follow(ray, choices, &mut |landing: &Landing, share| {
+                if !*is_lit {
+                    return;
+                }
                 // Gathering finds light of a single surface only.
                 let gathered = match landing.interfaces {
                     1 => gathered_share(problem, landing.distance * landing.distance),

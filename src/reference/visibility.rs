@@ -82,12 +82,13 @@ impl Blockers {
             })
     }
 
-    /// The nearest triangle other than `origin_triangle` that the ray crosses: number, distance in m, and the
-    /// weights of the second and third corner there.
+    /// The nearest triangle other than `origin_triangle` that the ray crosses within `length` (m, may be infinite): number,
+    /// distance in m, and the weights of the second and third corner there.
     pub fn nearest(
         &self,
         origin: DVec3,
         direction: DVec3,
+        length: f64,
         origin_triangle: Option<u32>,
     ) -> Option<(u32, f64, DVec2)> {
         let inverse = finite_reciprocal(direction);
@@ -102,7 +103,7 @@ impl Blockers {
             let is_between = distance >= self.tolerance && distance < best;
             is_between.then_some(Crossing { distance, weights })
         };
-        let (leaf, crossing) = self.bvh.find_best(f64::MAX, enters, meets)?;
+        let (leaf, crossing) = self.bvh.find_best(length.min(f64::MAX), enters, meets)?;
         Some((leaf, crossing.distance, crossing.weights))
     }
 
@@ -279,7 +280,7 @@ mod tests {
                 .map(|(distance, _)| distance)
                 .filter(|&distance| distance > blockers.tolerance)
                 .min_by(f64::total_cmp);
-            let found = blockers.nearest(origin, direction, None);
+            let found = blockers.nearest(origin, direction, f64::INFINITY, None);
             assert_eq!(found.map(|(_, distance, _)| distance), nearest);
             blocked += u32::from(by_loop);
         }

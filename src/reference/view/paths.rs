@@ -227,8 +227,9 @@ impl Paths {
 
     fn follow_ray(&self, mut ray: Ray, choices: &mut Choices, ends: &mut dyn FnMut(End, DVec3)) {
         loop {
-            let hit = (self.surfaces.as_ref())
-                .and_then(|surfaces| surfaces.nearest(ray.origin, ray.direction, ray.from));
+            let hit = (self.surfaces.as_ref()).and_then(|surfaces| {
+                surfaces.nearest(ray.origin, ray.direction, f64::INFINITY, ray.from)
+            });
             let distance = hit.map_or(f64::INFINITY, |(_, distance, _)| distance);
             let transmittance = |media: &Media| media.transmittance(&self.dielectrics, distance);
             if let Some(radiance) = self.lamp_before(&ray, distance) {
