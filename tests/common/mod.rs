@@ -281,6 +281,30 @@ pub fn assert_error(what: &str, bound: f64, error: f64, perturbed: f64) {
     );
 }
 
+/// [`assert_error`] with three standard errors of the reference, of which the error has one `noise`, to spare on either side of
+/// the bound: with other random numbers of the reference the test says the same.
+pub fn assert_error_beyond_noise(what: &str, bound: f64, noise: f64, error: f64, perturbed: f64) {
+    println!("{what}: noise {noise:.6}");
+    assert_error(what, bound, error + 3.0 * noise, perturbed - 3.0 * noise);
+}
+
+/// Largest standard error that [`l1`] to a reference has by its noise: |A − B| changes no more than B, and the channels of a texel
+/// change together.
+pub fn l1_noise(reference: &Reference) -> f64 {
+    let squares = (reference.standard_error.iter()).map(|sigma| sigma.iter().sum::<f64>().powi(2));
+    squares.sum::<f64>().sqrt() / reference.irradiance.as_flattened().iter().sum::<f64>()
+}
+
+/// Standard error of the flux in a reference's map with these areas of texels, m², RGB, W. A ray that lands in one texel misses
+/// the others, so that it is a little less.
+pub fn flux_noise(reference: &Reference, areas: impl Iterator<Item = f64>) -> [f64; 3] {
+    let mut squares = [0.0; 3];
+    for (sigma, area) in reference.standard_error.iter().zip(areas) {
+        (0..3).for_each(|c| squares[c] += (area * sigma[c]).powi(2));
+    }
+    squares.map(f64::sqrt)
+}
+
 /// Σ|A − B| / ΣB
 pub fn l1(a: &RgbImage, b: &RgbImage) -> f64 {
     measure::compare(a, b).unwrap().l1.unwrap()
