@@ -54,6 +54,7 @@ fn object(name: &str, material: usize, geometry: Geometry) -> Object {
         geometry,
         light_map: None,
         unwrapping: None,
+        uvs: None,
         blocks_light: true,
     }
 }
@@ -65,6 +66,7 @@ fn scene(toward: DVec3, bodies: Vec<(Dielectric, Geometry)>) -> Scene {
         kind: MaterialKind::Diffuse {
             albedo: DVec3::splat(0.5),
         },
+        albedo_map: None,
     }];
     let floor = Rect {
         origin: DVec3::new(-0.5, 0.0, 0.5),
@@ -81,6 +83,7 @@ fn scene(toward: DVec3, bodies: Vec<(Dielectric, Geometry)>) -> Scene {
         materials.push(Material {
             name,
             kind: MaterialKind::Dielectric(dielectric),
+            albedo_map: None,
         });
     }
     Scene {
@@ -96,6 +99,7 @@ fn scene(toward: DVec3, bodies: Vec<(Dielectric, Geometry)>) -> Scene {
         materials,
         objects,
         max_interfaces: 16,
+        textures: Vec::new(),
     }
 }
 

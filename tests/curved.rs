@@ -43,6 +43,7 @@ fn receiver(mesh: Mesh, own: Vec<[DVec2; 3]>, texels: [u32; 2]) -> Object {
         geometry: Geometry::Mesh(mesh.clone()),
         light_map: Some(texels),
         unwrapping: Some(Arc::new(Unwrapping { rest: mesh, own })),
+        uvs: None,
         blocks_light: true,
     }
 }

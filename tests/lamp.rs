@@ -210,6 +210,7 @@ fn plate(y: f64, half: f64, material: usize) -> Object {
         }),
         light_map: None,
         unwrapping: None,
+        uvs: None,
         blocks_light: true,
     }
 }

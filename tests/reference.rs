@@ -94,6 +94,7 @@ fn with_plate(rect: Rect, blocks_light: bool) -> f64 {
         geometry: Geometry::Rect(rect),
         light_map: None,
         unwrapping: None,
+        uvs: None,
         blocks_light,
     });
     solve(&scene, "floor", [32, 32], &options(0.1)).received_flux[0]

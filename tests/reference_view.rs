@@ -41,6 +41,7 @@ fn scene(camera: Camera, lights: Vec<LightKind>, objects: Vec<(MaterialKind, Geo
         materials: Vec::new(),
         objects: Vec::new(),
         max_interfaces: DEFAULT_MAX_INTERFACES,
+        textures: Vec::new(),
     };
     for kind in lights {
         let name = format!("light {}", scene.lights.len());
@@ -51,6 +52,7 @@ fn scene(camera: Camera, lights: Vec<LightKind>, objects: Vec<(MaterialKind, Geo
         scene.materials.push(Material {
             name: format!("material {material}"),
             kind,
+            albedo_map: None,
         });
         scene.objects.push(Object {
             name: format!("object {material}"),
@@ -58,6 +60,7 @@ fn scene(camera: Camera, lights: Vec<LightKind>, objects: Vec<(MaterialKind, Geo
             geometry,
             light_map: None,
             unwrapping: None,
+            uvs: None,
             blocks_light: false,
         });
     }
@@ -486,6 +489,7 @@ fn caustic_of_a_flat_mirror() {
         }),
         light_map: None,
         unwrapping: None,
+        uvs: None,
         blocks_light: false,
     });
     // Its image at y = 4 is looked at from below the ceiling and above the floor.

@@ -30,6 +30,7 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
         geometry,
         light_map,
         unwrapping: None,
+        uvs: None,
         blocks_light,
     };
     let Geometry::Rect(still) = floor(1.0, 0.0) else {
@@ -49,6 +50,7 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
     let material = |name: &str, kind| Material {
         name: name.into(),
         kind,
+        albedo_map: None,
     };
     Scene {
         camera: load("mirror.toml").camera,
@@ -75,6 +77,7 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
             object("ceiling", 1, ceiling, Some([32, 32]), false),
         ],
         max_interfaces: 1,
+        textures: Vec::new(),
     }
 }
 

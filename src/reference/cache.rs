@@ -10,8 +10,8 @@ use super::{Map, Options, Progress, Reference, VERSION, caustic};
 use crate::error::Result;
 use crate::output::write_atomically;
 use crate::scene::{
-    Camera, Dielectric, Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect, Scene,
-    Unwrapping,
+    AlbedoMap, Camera, Dielectric, Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect,
+    Scene, Unwrapping,
 };
 use blake3::{Hash, Hasher};
 use glam::DVec3;
@@ -267,6 +267,18 @@ fn view_key(scene: &Scene, size: [u32; 2], options: &Options) -> Hash {
         if let MaterialKind::Diffuse { albedo } = &scene.materials[object.material].kind {
             feed.vectors(&[*albedo]);
         }
+        let map = scene.materials[object.material].albedo_map;
+        feed.number(map.is_some().into());
+        if let Some(AlbedoMap { texture, uv_scale }) = map {
+            feed.values(&uv_scale.to_array());
+            let level = &scene.textures[texture].levels[0];
+            feed.number(level.width.into());
+            feed.number(level.height.into());
+            feed.0.update(level.texels.as_flattened());
+            for uv in (object.uvs.iter()).flat_map(|uvs| uvs.as_flattened()) {
+                feed.values(&uv.to_array());
+            }
+        }
     }
     let Camera {
         position,
@@ -303,6 +315,7 @@ impl Feed {
             objects,
             max_interfaces,
             camera: _,
+            textures: _,
         } = scene;
         self.number((*max_interfaces).into());
         self.number(lights.len() as u64);
@@ -315,6 +328,7 @@ impl Feed {
                 name: _,
                 light_map: _,
                 unwrapping,
+                uvs: _,
             } = object;
             self.number((*blocks_light).into());
             match &materials[*material].kind {

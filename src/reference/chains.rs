@@ -6,6 +6,7 @@
 use crate::reference::Problem;
 use crate::reference::media::{Dielectrics, Media, Sides};
 use crate::reference::mirrors::{Leaving, MirrorTriangle};
+use crate::reference::receiver::ReceiverHit;
 use crate::reference::sequence::Choices;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -35,13 +36,10 @@ pub struct Ray {
 
 /// A point on the receiver's front where light lands.
 pub struct Landing {
-    pub texel: usize,
+    /// Its distance is from the last specular surface.
+    pub hit: ReceiverHit,
     /// m
     pub position: DVec3,
-    /// On the receiver's front, of any length.
-    pub normal: DVec3,
-    /// From the last specular surface, m.
-    pub distance: f64,
     /// Specular surfaces on the way.
     pub interfaces: u32,
 }
@@ -79,31 +77,27 @@ impl Problem<'_> {
         let tolerance = self.blockers.map_or(0.0, |blockers| blockers.tolerance());
         loop {
             let mut hits = Vec::new();
-            (self.receiver).hits(ray.origin, ray.direction, |texel, distance, normal| {
-                hits.push((texel, distance, normal));
-            });
+            (self.receiver).hits(ray.origin, ray.direction, |hit| hits.push(hit));
             // Nothing turns the light after its last interface: only what stands before the receiver matters.
             let is_last = ray.interfaces >= self.chains.max_interfaces;
             if is_last && hits.is_empty() {
                 return;
             }
             let reach = match is_last {
-                true => hits.iter().map(|hit| hit.1).fold(0.0, f64::max),
+                true => hits.iter().map(|hit| hit.distance).fold(0.0, f64::max),
                 false => f64::INFINITY,
             };
             let nearest = (self.blockers)
                 .and_then(|blockers| blockers.nearest(ray.origin, ray.direction, reach, ray.from));
             let way = nearest.map_or(f64::INFINITY, |(_, distance, _)| distance);
-            for (texel, distance, normal) in hits {
-                if distance <= way + tolerance {
+            for hit in hits {
+                if hit.distance <= way + tolerance {
                     let landing = Landing {
-                        texel,
-                        position: ray.origin + distance * ray.direction,
-                        normal,
-                        distance,
+                        position: ray.origin + hit.distance * ray.direction,
+                        hit,
                         interfaces: ray.interfaces,
                     };
-                    let transmitted = ray.media.transmittance(dielectrics, distance);
+                    let transmitted = ray.media.transmittance(dielectrics, landing.hit.distance);
                     lands(&landing, ray.flux * transmitted);
                 }
             }

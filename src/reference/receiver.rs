@@ -12,6 +12,20 @@ pub enum Receiver {
     Curved(CurvedReceiver),
 }
 
+/// Where a ray meets a receiver's front.
+#[derive(Debug)]
+pub struct ReceiverHit {
+    pub texel: usize,
+    /// m
+    pub distance: f64,
+    /// Of any length.
+    pub normal: DVec3,
+    /// Of the receiver, as by [`crate::scene::Geometry::mesh`].
+    pub triangle: u32,
+    /// Of the triangle's second and third corner.
+    pub weights: DVec2,
+}
+
 /// A point of a receiver.
 pub struct ReceiverPoint {
     /// m
@@ -56,14 +70,13 @@ impl Receiver {
         vec![[0.0; 3]; self.texels()]
     }
 
-    /// Calls `meets` with every texel whose front the ray meets, the distance to it in m, and a normal of any
-    /// length there.
+    /// Calls `meets` with every place on the receiver's front where the ray meets it.
     #[inline]
-    pub fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64, DVec3)) {
+    pub fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(ReceiverHit)) {
         match self {
             Self::Flat(flat) => {
-                if let Some((texel, distance)) = flat.hit(origin, direction) {
-                    meets(texel, distance, flat.normal);
+                if let Some(hit) = flat.hit(origin, direction) {
+                    meets(hit);
                 }
             }
             Self::Curved(curved) => curved.hits(origin, direction, meets),
@@ -117,12 +130,18 @@ impl CurvedReceiver {
         })
     }
 
-    fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(usize, f64, DVec3)) {
+    fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(ReceiverHit)) {
         for (triangle, distance, weights) in self.triangles.all_along(origin, direction) {
             let normal = self.mesh.vector_area(triangle as usize);
             let faces = normal.dot(direction) < 0.0;
             if let Some(texel) = self.atlas.texel_at(triangle, weights).filter(|_| faces) {
-                meets(texel, distance, normal);
+                meets(ReceiverHit {
+                    texel,
+                    distance,
+                    normal,
+                    triangle,
+                    weights,
+                });
             }
         }
     }
@@ -168,9 +187,8 @@ impl FlatReceiver {
         }
     }
 
-    /// The texel whose front the ray meets, and the distance to it in m.
     #[inline]
-    fn hit(&self, origin: DVec3, direction: DVec3) -> Option<(usize, f64)> {
+    fn hit(&self, origin: DVec3, direction: DVec3) -> Option<ReceiverHit> {
         let approach = self.normal.dot(direction);
         if approach >= 0.0 {
             return None;
@@ -183,7 +201,18 @@ impl FlatReceiver {
         if !(0.0..1.0).contains(&u) || !(0.0..1.0).contains(&v) {
             return None;
         }
-        Some((self.texel(u, v), distance))
+        // The triangles are (0, 0), (1, 0), (1, 1) and (0, 0), (1, 1), (0, 1).
+        let (triangle, weights) = match v <= u {
+            true => (0, DVec2::new(u - v, v)),
+            false => (1, DVec2::new(u, v - u)),
+        };
+        Some(ReceiverHit {
+            texel: self.texel(u, v),
+            distance,
+            normal: self.normal,
+            triangle,
+            weights,
+        })
     }
 
     /// u and v.
@@ -233,17 +262,19 @@ mod tests {
         for texel in 0..12 {
             let point = receiver.point(texel, 0.3, 0.8);
             let direction = DVec3::new(0.1, -1.0, 0.2).normalize();
-            let (hit, distance) = receiver.hit(point - 2.0 * direction, direction).unwrap();
-            assert_eq!(hit, texel);
-            assert!((distance - 2.0).abs() < 1e-12);
+            let hit = receiver.hit(point - 2.0 * direction, direction).unwrap();
+            assert_eq!(hit.texel, texel);
+            assert!((hit.distance - 2.0).abs() < 1e-12);
+            let found = rect.to_mesh().point(hit.triangle as usize, hit.weights);
+            assert!(found.distance(point) < 1e-12);
             assert!(receiver.hit(point + direction, -direction).is_none());
             assert!(receiver.hit(point + direction, direction).is_none());
         }
         // Last row at v = 0, column 0 at u = 0.
-        let (texel, _) = receiver
+        let hit = receiver
             .hit(rect.origin + DVec3::new(0.1, 1.0, -0.1), DVec3::NEG_Y)
             .unwrap();
-        assert_eq!(texel, 8);
+        assert_eq!(hit.texel, 8);
         let beside = rect.origin + DVec3::new(-0.1, 1.0, -0.1);
         assert!(receiver.hit(beside, DVec3::NEG_Y).is_none());
     }

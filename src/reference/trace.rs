@@ -127,7 +127,7 @@ impl<'a> LightTracing<'a> {
                 // Every sequence covers its own part of the mirrors.
                 let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
                 self.sequence(source, seed, 1.0 / rays, stratify, |landing, flux| {
-                    let texel = &mut map[landing.texel];
+                    let texel = &mut map[landing.hit.texel];
                     texel[0] += flux.x;
                     texel[1] += flux.y;
                     texel[2] += flux.z;
@@ -221,7 +221,7 @@ impl<'a> LightTracing<'a> {
                 }
                 // Gathering finds light of a single surface only.
                 let gathered = match landing.interfaces {
-                    1 => gathered_share(problem, landing.distance * landing.distance),
+                    1 => gathered_share(problem, landing.hit.distance * landing.hit.distance),
                     _ => 0.0,
                 };
                 let radiance = light.bright + (1.0 - gathered) * light.dim;

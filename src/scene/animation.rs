@@ -1,6 +1,8 @@
 //! Scenes over time: keyframes, waves that travel, and meshes that have a frame for every time.
 
-use super::{Camera, Geometry, Light, LightKind, Material, Mesh, Object, Scene, Similarity, Waves};
+use super::{
+    Camera, Geometry, Light, LightKind, Material, Mesh, Object, Scene, Similarity, Texture, Waves,
+};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
@@ -12,6 +14,7 @@ pub struct Animation {
     pub(super) materials: Vec<Material>,
     pub(super) objects: Vec<MovingObject>,
     pub(super) max_interfaces: u32,
+    pub(super) textures: Vec<Arc<Texture>>,
 }
 
 impl Animation {
@@ -25,6 +28,7 @@ impl Animation {
             materials: self.materials.clone(),
             objects: self.objects.iter().map(|object| object.at(time)).collect(),
             max_interfaces: self.max_interfaces,
+            textures: self.textures.clone(),
         }
     }
 }

@@ -99,6 +99,8 @@ pub struct MaterialEntry {
     pub absorption: Option<Triple>,
     pub priority: Option<Spanned<i64>>,
     pub thin: Option<Spanned<bool>>,
+    pub albedo_map: Option<Spanned<String>>,
+    pub uv_scale: Option<Spanned<[f64; 2]>>,
     pub metal: Option<Spanned<String>>,
     pub index: Option<Triple>,
     pub extinction: Option<Triple>,

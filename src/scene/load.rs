@@ -13,7 +13,7 @@
 //! | `[[material]]` of `kind = "mirror"` | `name`, `reflectance` |
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
 //! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number or one of [`GLASSES`]), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
-//! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` |
+//! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` (white where there is a map), `albedo_map` (.png or .jpg in sRGB, whose colours are factors on `albedo`), `uv_scale` (\[1, 1\]: how often the map repeats within a unit of texture coordinates) |
 //! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (of a diffuse rect or mesh), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
 //!
 //! The camera and lights may have `keyframes`, a list of tables with `time` (s) and of the camera's
@@ -32,6 +32,10 @@
 //! In brackets what holds where a key is left out. A mesh without `material` is cut up by the
 //! materials of its MTL file: each becomes a material and an object named `object/material`.
 //!
+//! An albedo map lies on the texture coordinates of a mesh (`vt`), and on a rect or waves once along `edge_u` and
+//! `edge_v`, its lower left corner at `origin`. It repeats. Of MTL files, `map_Kd` with its option `-s` is read; a map that cannot be
+//! used is left out with a warning.
+//!
 //! File names are relative to the scene file (MTL files: to the OBJ file) and may not leave the
 //! asset root: the nearest folder above the scene file named `assets`, otherwise the scene file's
 //! own folder.
@@ -45,11 +49,11 @@ use super::file::{
 };
 use super::glass::IOR;
 use super::{
-    Animation, Camera, D_LINE, DEFAULT_MAX_INTERFACES, Dielectric, EnvironmentMap, GLASSES,
-    Geometry, Light, LightKind, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene, Sine,
-    Waves,
+    AlbedoMap, Animation, Camera, D_LINE, DEFAULT_MAX_INTERFACES, Dielectric, EnvironmentMap,
+    GLASSES, Geometry, Light, LightKind, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene,
+    Sine, Texture, Waves,
 };
-use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
+use super::{environment, keyframes, light_map_side, memory, mesh, mtl, obj, skin, texture};
 use crate::error::Result;
 use crate::input::{self, refused};
 use glam::{DVec2, DVec3};
@@ -99,6 +103,13 @@ const DEFAULT_FPS: f64 = 24.0;
 /// Of lamps, m.
 const LAMP_RADIUS: RangeInclusive<f64> = 1e-6..=1e9;
 
+/// Of textures.
+const UV_SCALE: RangeInclusive<f64> = -1e6..=1e6;
+/// Largest texture coordinate of a mesh with a texture.
+const MAX_UV: f64 = 1e6;
+/// Texture coordinates of a mesh's triangles; `None` where it needs none.
+type UvsOfMesh = Option<Arc<Vec<[DVec2; 3]>>>;
+
 /// A scene that is fit to be rendered.
 #[derive(Debug)]
 pub struct Loaded {
@@ -132,6 +143,8 @@ pub fn load(path: &Path) -> Result<Loaded> {
         materials: Vec::new(),
         objects: Vec::new(),
         environments: HashMap::new(),
+        textures: Vec::new(),
+        texture_indices: HashMap::new(),
         warnings: Vec::new(),
     };
     let section = Section {
@@ -166,6 +179,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
         materials: std::mem::take(&mut loader.materials),
         objects: std::mem::take(&mut loader.objects),
         max_interfaces,
+        textures: std::mem::take(&mut loader.textures),
     };
     let scene = animation.at(0.0);
     for (entry, light) in entry.light.iter().zip(&scene.lights) {
@@ -201,6 +215,9 @@ struct Loader<'a> {
     objects: Vec<MovingObject>,
     /// Read so far: keyframes of a light share its image.
     environments: HashMap<PathBuf, Arc<EnvironmentMap>>,
+    textures: Vec<Arc<Texture>>,
+    /// Into `textures`: materials share an image.
+    texture_indices: HashMap<PathBuf, usize>,
     warnings: Vec<String>,
 }
 
@@ -356,6 +373,11 @@ impl<'a> Loader<'a> {
             section.refuse(kind, "priority", &entry.priority)?;
             section.refuse(kind, "thin", &entry.thin)
         };
+        if let kind @ ("mirror" | "conductor" | "dielectric") = entry.kind.get_ref().as_str() {
+            section.refuse(kind, "albedo_map", &entry.albedo_map)?;
+            section.refuse(kind, "uv_scale", &entry.uv_scale)?;
+        }
+        let albedo_map = self.albedo_map(&section, entry)?;
         let kind = match entry.kind.get_ref().as_str() {
             kind @ "mirror" => {
                 section.refuse(kind, "albedo", &entry.albedo)?;
@@ -380,7 +402,10 @@ impl<'a> Loader<'a> {
                 section.refuse(kind, "reflectance", &entry.reflectance)?;
                 no_medium(kind)?;
                 no_metal(kind)?;
-                let albedo = section.triple("albedo", &entry.albedo, 0.0..=1.0)?;
+                let albedo = match albedo_map {
+                    Some(_) => section.triple_or(DVec3::ONE, "albedo", &entry.albedo, 0.0..=1.0)?,
+                    None => section.triple("albedo", &entry.albedo, 0.0..=1.0)?,
+                };
                 MaterialKind::Diffuse { albedo }
             }
             other => {
@@ -392,8 +417,86 @@ impl<'a> Loader<'a> {
         self.materials.push(Material {
             name: entry.name.get_ref().clone(),
             kind,
+            albedo_map,
         });
         Ok(())
+    }
+
+    fn albedo_map(
+        &mut self,
+        section: &Section,
+        entry: &MaterialEntry,
+    ) -> Result<Option<AlbedoMap>> {
+        let Some(file) = &entry.albedo_map else {
+            return match &entry.uv_scale {
+                None => Ok(None),
+                Some(scale) => {
+                    let reason = "the key `uv_scale` is given without an `albedo_map`";
+                    Err(section.error(scale.span(), reason, "add the map, or remove the key"))
+                }
+            };
+        };
+        let uv_scale = match &entry.uv_scale {
+            None => DVec2::ONE,
+            Some(scale) => {
+                let values = *scale.get_ref();
+                section.check("uv_scale", &values, scale.span(), UV_SCALE)?;
+                DVec2::from(values)
+            }
+        };
+        let path = self.resolve(section, file)?;
+        let texture = self.texture(path)?;
+        Ok(Some(AlbedoMap { texture, uv_scale }))
+    }
+
+    /// Index of the texture in a file.
+    fn texture(&mut self, path: PathBuf) -> Result<usize> {
+        if let Some(index) = self.texture_indices.get(&path) {
+            return Ok(*index);
+        }
+        let texture = texture::read(&path, &mut self.warnings)?;
+        self.textures.push(Arc::new(texture));
+        self.texture_indices.insert(path, self.textures.len() - 1);
+        Ok(self.textures.len() - 1)
+    }
+
+    /// The texture coordinates of a mesh whose material has an albedo map.
+    ///
+    /// # Errors
+    /// The reason why they cannot be used.
+    fn uvs_for_map(&self, material: usize, uvs: &[[DVec2; 3]]) -> Result<UvsOfMesh, String> {
+        if self.materials[material].albedo_map.is_none() {
+            return Ok(None);
+        }
+        if uvs.is_empty() {
+            return Err("the mesh has no texture coordinates (vt)".into());
+        }
+        // The largest element of a vector with a NaN is another one.
+        let finite = |uv: &DVec2| uv.is_finite() && uv.abs().max_element() <= MAX_UV;
+        match uvs.as_flattened().iter().filter(|uv| !finite(uv)).count() {
+            0 => Ok(Some(Arc::new(uvs.to_vec()))),
+            bad => Err(format!(
+                "{bad} of {} corners have no texture coordinates (vt), or some that are not numbers within ±{MAX_UV}",
+                3 * uvs.len()
+            )),
+        }
+    }
+
+    /// The map of a material of an MTL file; what cannot be used is left out with a warning.
+    fn map_of_mtl(&mut self, map: Option<mtl::Map>) -> Option<AlbedoMap> {
+        let map = map?;
+        match self.texture(map.file) {
+            Ok(texture) => Some(AlbedoMap {
+                texture,
+                uv_scale: map.uv_scale,
+            }),
+            Err(error) => {
+                let reason = error.to_string();
+                let reason = reason.lines().next().unwrap_or_default();
+                self.warnings.push(format!("{reason}; the map is left out"));
+                None
+            }
+        }
     }
 
     fn object(&mut self, entry: &ObjectEntry) -> Result<()> {
@@ -443,6 +546,7 @@ impl<'a> Loader<'a> {
                 geometry,
                 light_map,
                 unwrapping: None,
+                uvs: None,
                 blocks_light: entry.blocks_light.unwrap_or(true),
             },
             frames: None,
@@ -485,18 +589,54 @@ impl<'a> Loader<'a> {
         for part in parts {
             let mut name = entry.name.get_ref().clone();
             let material = match part.material {
-                Some((of_part, kind)) => {
+                Some(obj::MaterialOfPart {
+                    name: of_part,
+                    kind,
+                    map,
+                }) => {
                     name = format!("{name}/{of_part}");
                     let spanned = Spanned::new(entry.name.span(), name.clone());
                     self.section("object", &spanned)?;
                     self.section("material", &spanned)?;
+                    let albedo_map = self.map_of_mtl(map);
                     self.materials.push(Material {
                         name: name.clone(),
                         kind,
+                        albedo_map,
                     });
                     self.materials.len() - 1
                 }
                 None => material.expect("without `material`, parts have their own"),
+            };
+            let uvs = match self.uvs_for_map(material, &part.uvs) {
+                Ok(uvs) => uvs,
+                // Of an MTL file.
+                Err(reason) if use_mtl => {
+                    let file = self.source.path.display();
+                    self.warnings.push(format!(
+                        "{file}: object \"{}\": {reason}; its map is left out",
+                        name.escape_debug()
+                    ));
+                    self.materials[material].albedo_map = None;
+                    None
+                }
+                Err(reason) => {
+                    let section = Section {
+                        source: self.source,
+                        owner: format!("object \"{}\"", name.escape_debug()),
+                        span: entry.name.span(),
+                    };
+                    let of = &self.materials[material].name;
+                    let reason =
+                        format!("{reason}, which the `albedo_map` of material `{of}` needs");
+                    let place = entry
+                        .material
+                        .as_ref()
+                        .map_or(section.span.clone(), Spanned::span);
+                    let remedy =
+                        "export the mesh with texture coordinates, or use a material without a map";
+                    return Err(section.error(place, &reason, remedy));
+                }
             };
             let meshes: Vec<_> = part.meshes.into_iter().map(Arc::new).collect();
             // Of the parts of a mesh that has several materials, the diffuse ones.
@@ -514,6 +654,7 @@ impl<'a> Loader<'a> {
                     geometry: Geometry::Mesh(meshes[0].clone()),
                     light_map,
                     unwrapping,
+                    uvs,
                     blocks_light: entry.blocks_light.unwrap_or(true),
                 },
                 frames: fps.map(|fps| MeshFrames { fps, meshes }),

@@ -17,12 +17,14 @@ mod mtl;
 mod obj;
 mod obj_text;
 mod skin;
+mod texture;
 
 pub use animation::Animation;
 pub use atlas::{Atlas, NoLayout, Piece, Texel, Unwrapping};
 pub use glass::{D_LINE, GLASSES, Sellmeier};
 pub use load::{Loaded, load};
 pub(crate) use skin::is_closed;
+pub use texture::{Texture, TextureLevel};
 
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;
@@ -56,6 +58,8 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// Maximum number of specular surfaces that light meets on its way to a receiver, ≥ 1.
     pub max_interfaces: u32,
+    /// Shared by the scenes of all times.
+    pub textures: Vec<Arc<Texture>>,
 }
 
 /// [`Scene::max_interfaces`] where a scene does not say.
@@ -127,6 +131,18 @@ pub struct EnvironmentMap {
 pub struct Material {
     pub name: String,
     pub kind: MaterialKind,
+    /// Of a diffuse material: its colours at every point are factors on its albedo. Objects have
+    /// [`Object::texture_coordinates`] where their material has one.
+    pub albedo_map: Option<AlbedoMap>,
+}
+
+/// A texture as a surface has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlbedoMap {
+    /// Index into [`Scene::textures`].
+    pub texture: usize,
+    /// How often it repeats within a unit of the texture coordinates u and v, which it is multiplied on them.
+    pub uv_scale: DVec2,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -189,8 +205,40 @@ pub struct Object {
     pub light_map: Option<[u32; 2]>,
     /// What a mesh's light map is laid out from; without, from the mesh as it is now.
     pub unwrapping: Option<Arc<Unwrapping>>,
+    /// Texture coordinates of the corners of a mesh's triangles, by its file, where its material has an albedo map; all finite.
+    pub uvs: Option<Arc<Vec<[DVec2; 3]>>>,
     /// Whether the surface casts shadows. The camera and mirrors see it in any case.
     pub blocks_light: bool,
+}
+
+impl Object {
+    /// Texture coordinates of the corners of all triangles of [`Geometry::mesh`], in their order. Those of a rect and of waves are
+    /// 0 to 1 along edge_u and edge_v. `None` for a mesh whose file has none, or whose material needs none.
+    pub fn texture_coordinates(&self) -> Option<Cow<'_, [[DVec2; 3]]>> {
+        match &self.geometry {
+            Geometry::Mesh(_) => self.uvs.as_ref().map(|uvs| Cow::Borrowed(uvs.as_slice())),
+            Geometry::Rect(_) => Some(Cow::Owned(grid_coordinates([1, 1]))),
+            Geometry::Waves(waves) => Some(Cow::Owned(grid_coordinates(waves.quads))),
+        }
+    }
+}
+
+/// Texture coordinates of the corners of a grid's triangles, as [`Rect::to_mesh`] and [`Waves::to_mesh`] order them.
+fn grid_coordinates([columns, rows]: [u32; 2]) -> Vec<[DVec2; 3]> {
+    let mut all = Vec::with_capacity(2 * columns as usize * rows as usize);
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = |right: u32, up: u32| {
+                DVec2::new(
+                    f64::from(column + right) / f64::from(columns),
+                    f64::from(row + up) / f64::from(rows),
+                )
+            };
+            let [a, b, c, d] = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+            all.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    all
 }
 
 impl MaterialKind {

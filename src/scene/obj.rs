@@ -2,8 +2,9 @@
 
 use super::asset::AssetRoot;
 use super::mesh::{Soup, first_of_equals, keep, places, unit};
+use super::mtl::{self, Map};
 use super::obj_text::{Contents, Corner, NONE};
-use super::{MaterialKind, Mesh, memory, mtl};
+use super::{MaterialKind, Mesh, memory};
 use crate::error::Result;
 use crate::input::{self, at_line, refused};
 use glam::DVec2;
@@ -18,10 +19,18 @@ const MAX_TRIANGLES: u64 = 10_000_000;
 const NAME_A_MATERIAL: &str = "give the object a `material` of the scene file, which then holds for the whole mesh, \
      or correct the MTL file";
 
+/// A material by the MTL files.
+#[derive(Clone)]
+pub struct MaterialOfPart {
+    pub name: String,
+    pub kind: MaterialKind,
+    pub map: Option<Map>,
+}
+
 /// The triangles of one material.
 pub struct Part {
-    /// Name and kind by the MTL files; none if these were not asked for.
-    pub material: Option<(String, MaterialKind)>,
+    /// None if the MTL files were not asked for.
+    pub material: Option<MaterialOfPart>,
     /// One for each file, all with the same triangles.
     pub meshes: Vec<Mesh>,
     /// Texture coordinates of the triangles' corners, by the first file; empty where it has none.
@@ -37,7 +46,7 @@ struct Content {
 
 /// A [`Part`] of one file.
 struct FilePart {
-    material: Option<(String, MaterialKind)>,
+    material: Option<MaterialOfPart>,
     mesh: Mesh,
     /// Of the mesh's triangles, as they are counted in the file where corners are not merged.
     corners: Vec<[u32; 3]>,
@@ -80,7 +89,7 @@ pub fn read_frames(
         .collect();
     for frame in frames {
         let (path, next) = frame?;
-        let name = |part: &FilePart| part.material.as_ref().map(|(name, _)| name.clone());
+        let name = |part: &FilePart| part.material.as_ref().map(|of| of.name.clone());
         let same_part =
             |(a, b): (&FilePart, &FilePart)| a.corners == b.corners && name(a) == name(b);
         let same = next.topology == first.topology
@@ -162,9 +171,9 @@ fn read_file(
     // Old files have comments in other encodings; all that matters is ASCII.
     let text = String::from_utf8_lossy(&content);
     let mut contents = Contents::of(path, text.trim_start_matches('\u{feff}'))?;
-    let materials = match use_mtl {
+    let (materials, maps) = match use_mtl {
         true => read_materials(path, root, &contents, warnings)?,
-        false => Vec::new(),
+        false => Default::default(),
     };
     // For each material that the OBJ file uses, its index in the MTL files; the last one of several with that name.
     let numbers: Vec<Option<usize>> = (contents.materials.iter())
@@ -236,7 +245,8 @@ fn read_file(
                     let reason = format!("material `{name}`: {reason}");
                     refused(path, &reason, NAME_A_MATERIAL)
                 })?;
-                Some((name, kind))
+                let map = mtl::map_of(&materials[id], &kind, &maps);
+                Some(MaterialOfPart { name, kind, map })
             }
             None if use_mtl => {
                 let reason = "it has faces without a material, before any `usemtl`";
@@ -333,22 +343,23 @@ fn check_size(path: &Path, content: &[u8], frames_to_follow: u64) -> Result<()> 
         .map_err(|reason| refused(path, &reason, "free some memory, or use a coarser mesh"))
 }
 
-/// The materials of all MTL files that the mesh names.
+/// The materials of all MTL files that the mesh names, and their maps.
 fn read_materials(
     path: &Path,
     root: &AssetRoot,
     contents: &Contents,
     warnings: &mut Vec<String>,
-) -> Result<Vec<tobj::Material>> {
+) -> Result<(Vec<tobj::Material>, Vec<Map>)> {
     let mut library = String::new();
+    let mut maps = Vec::new();
     for (name, &line) in &contents.libraries {
         let mtl = (root.resolve(path, name))
             .map_err(|reason| at_line(path, line, &reason, NAME_A_MATERIAL))?;
-        library += &mtl::plain(&mtl, warnings)?;
+        library += &mtl::plain(&mtl, root, &mut maps, warnings)?;
     }
     let (materials, _) = tobj::load_mtl_buf(&mut library.as_bytes())
         .map_err(|e| refused(path, &e.to_string(), "export the materials again"))?;
-    Ok(materials)
+    Ok((materials, maps))
 }
 
 /// Corners, each counted once by position, whose normal has no length.

@@ -20,11 +20,13 @@ pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scen
         geometry,
         light_map: None,
         unwrapping: None,
+        uvs: None,
         blocks_light: false,
     };
     let material = |name: &str, kind| Material {
         name: name.into(),
         kind,
+        albedo_map: None,
     };
     Scene {
         camera: Camera {
@@ -56,6 +58,7 @@ pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scen
             },
         ],
         max_interfaces: DEFAULT_MAX_INTERFACES,
+        textures: Vec::new(),
     }
 }
 

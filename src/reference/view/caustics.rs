@@ -110,13 +110,13 @@ impl SeenTracing<'_> {
             object,
             paths,
         } = self.seen;
-        let albedo = paths.albedo(object);
         let mut picture: Map = vec![[0.0; 3]; paths.pixels()];
         let add = |pixel: &mut [f64; 3], radiance: DVec3| {
             (0..3).for_each(|channel| pixel[channel] += radiance[channel]);
         };
         let map = self.tracing.replicate(sequences, seed, |landing, flux| {
-            if let Some((pixel, factor)) = paths.pixel_of(landing.position, landing.normal) {
+            if let Some((pixel, factor)) = paths.pixel_of(landing.position, landing.hit.normal) {
+                let albedo = paths.albedo(object, landing.hit.triangle, landing.hit.weights);
                 add(&mut picture[pixel], factor * albedo * flux);
             }
         })?;

@@ -6,9 +6,10 @@ use crate::reference::media::{Dielectrics, Media};
 use crate::reference::mirrors::{Leaving, Surface};
 use crate::reference::sequence::Choices;
 use crate::reference::visibility::Blockers;
-use crate::scene::{Camera, MaterialKind, Scene};
+use crate::scene::{Camera, MaterialKind, Scene, Texture};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Specular surfaces that a path meets, at most; what lies behind more is dark.
 const MAX_BOUNCES: u32 = 12;
@@ -30,6 +31,8 @@ pub struct Paths {
     /// `None` in an empty scene.
     surfaces: Option<Blockers>,
     looks: Vec<Look>,
+    /// Of each object, in `triangles`.
+    first_triangles: Vec<u32>,
     lamps: Vec<Lamp>,
     dielectrics: Dielectrics,
 }
@@ -45,12 +48,18 @@ struct Triangle {
     number: u32,
     /// Among those that block light.
     blocker: Option<u32>,
+    /// Texture coordinates of the corners, times their scale; 0 without a texture.
+    uvs: [DVec2; 3],
 }
 
 /// What an object does to light.
 enum Look {
-    /// Albedo, RGB.
-    Diffuse(DVec3),
+    Diffuse {
+        /// RGB
+        albedo: DVec3,
+        /// Its colours are factors on `albedo`.
+        texture: Option<Arc<Texture>>,
+    },
     Specular(Surface),
 }
 
@@ -108,8 +117,13 @@ impl Paths {
         let half_height = (0.5 * camera.fov).tan();
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         let (mut triangles, mut looks, mut blockers) = (Vec::new(), Vec::new(), 0);
+        let mut first_triangles = Vec::new();
         for (object, index) in scene.objects.iter().zip(0..) {
             let mesh = object.geometry.mesh();
+            let material = &scene.materials[object.material];
+            let map = material.albedo_map;
+            let uvs = map.and_then(|_| object.texture_coordinates());
+            first_triangles.push(triangles.len() as u32);
             for (indices, number) in mesh.triangles.iter().zip(0..) {
                 let corners = indices.map(|corner| mesh.positions[corner as usize]);
                 let [a, b, c] = corners;
@@ -120,15 +134,22 @@ impl Paths {
                     object: index,
                     number,
                     blocker: object.blocks_light.then_some(blockers + number),
+                    uvs: match (&uvs, map) {
+                        (Some(uvs), Some(map)) => uvs[number as usize].map(|uv| map.uv_scale * uv),
+                        _ => [DVec2::ZERO; 3],
+                    },
                 });
             }
             if object.blocks_light {
                 blockers += mesh.triangles.len() as u32;
             }
-            let kind = &scene.materials[object.material].kind;
+            let kind = &material.kind;
             looks.push(match (kind, Surface::of(kind)) {
                 (_, Some(surface)) => Look::Specular(surface),
-                (MaterialKind::Diffuse { albedo }, None) => Look::Diffuse(*albedo),
+                (MaterialKind::Diffuse { albedo }, None) => Look::Diffuse {
+                    albedo: *albedo,
+                    texture: map.map(|map| scene.textures[map.texture].clone()),
+                },
                 (_, None) => unreachable!("what is not diffuse is specular"),
             });
         }
@@ -142,6 +163,7 @@ impl Paths {
             triangles,
             surfaces: Blockers::new(&corners),
             looks,
+            first_triangles,
             lamps: scene.lights.iter().filter_map(Lamp::new).collect(),
             dielectrics: Dielectrics::of(scene),
         }
@@ -191,10 +213,15 @@ impl Paths {
         ))
     }
 
-    /// Albedo of an object, RGB; 0 where it is not diffuse.
-    pub fn albedo(&self, object: usize) -> DVec3 {
-        match self.looks[object] {
-            Look::Diffuse(albedo) => albedo,
+    /// Albedo, RGB, of an object's triangle number `triangle` at these weights of its second and third corner; 0 where it
+    /// is not diffuse. A texture is bilinear between its texels, without mipmaps: the mean over a pixel is that of its paths.
+    pub fn albedo(&self, object: usize, triangle: u32, weights: DVec2) -> DVec3 {
+        match &self.looks[object] {
+            Look::Diffuse { albedo, texture } => texture.as_ref().map_or(*albedo, |texture| {
+                let index = self.first_triangles[object] + triangle;
+                let [a, b, c] = self.triangles[index as usize].uvs;
+                *albedo * texture.colour_at(a + weights.x * (b - a) + weights.y * (c - a))
+            }),
             Look::Specular(_) => DVec3::ZERO,
         }
     }
@@ -242,9 +269,11 @@ impl Paths {
             let position = triangle.point(weights);
             let surface = match &self.looks[triangle.object as usize] {
                 Look::Specular(surface) => surface,
-                Look::Diffuse(albedo) => {
+                Look::Diffuse { .. } => {
                     if triangle.geometric.dot(ray.direction) < 0.0 {
-                        let point = triangle.diffuse_point(position, weights, *albedo);
+                        let object = triangle.object as usize;
+                        let albedo = self.albedo(object, triangle.number, weights);
+                        let point = triangle.diffuse_point(position, weights, albedo);
                         let point = DiffusePoint {
                             length: ray.length + distance,
                             bounces: ray.bounces,
