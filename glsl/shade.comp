@@ -11,10 +11,11 @@ const int MAX_SEGMENTS = 32;
 // Capacity of the stack of pending rays.
 const int MAX_WAITING = 6;
 
-// Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known.
-vec3 radiance(vec3 direction, uint first) {
+// Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known. `spread` is the
+// angle of a sample, rad.
+vec3 radiance(vec3 direction, uint first, float spread) {
     vec3 sum = vec3(0.0);
-    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0));
+    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0), Cone(0.0, spread));
     Ray waiting[MAX_WAITING];
     int count = 0;
     Hit hit = hit_on(first, push.eye, direction);
@@ -33,8 +34,11 @@ vec3 radiance(vec3 direction, uint first) {
             vec2 w = hit.barycentric;
             vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
             if (object.kind == DIFFUSE) {
-                vec3 absorption = filling(ray.media).absorption;
-                if (front) sum += ray.weight * exp(-hit.distance * absorption) * albedo_of(object) / PI * irradiance(triangle.object, hit.triangle, x, w);
+                if (front) {
+                    vec3 absorption = filling(ray.media).absorption;
+                    vec3 albedo = albedo_at(object, hit.triangle, triangle, w, ray.direction, abs(widened(ray.cone, hit.distance).width));
+                    sum += ray.weight * exp(-hit.distance * absorption) * albedo / PI * irradiance(triangle.object, hit.triangle, x, w);
+                }
             } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MAX_BOUNCES) {
                 uvec2 before, behind;
                 media_at(ray.media, object, front, before, behind);
@@ -43,7 +47,7 @@ vec3 radiance(vec3 direction, uint first) {
                 if (from.absorption != vec3(0.0)) ray.weight *= exp(-hit.distance * from.absorption);
                 if (is_body(object) && from.number == to.number) {
                     // One body ends within another.
-                    ray = Ray(x, hit.triangle, ray.direction, ray.bounces, ray.weight, behind);
+                    ray = Ray(x, hit.triangle, ray.direction, ray.bounces, ray.weight, behind, widened(ray.cone, hit.distance));
                     hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
                     continue;
                 }
@@ -57,10 +61,13 @@ vec3 radiance(vec3 direction, uint first) {
                 // Where the interpolated normal would reflect the ray into the surface, the geometric normal replaces
                 // it.
                 if (!(dot(mirrored(-ray.direction, n), geometric) > 0.0)) n = geometric;
+                Cone cone = widened(ray.cone, hit.distance);
+                float curvature = HAS_TEXTURES ? (front ? 1.0 : -1.0) * mean_curvature(triangle, corner) : 0.0;
                 vec3 share = reflected_share(object, dot(n, -ray.direction), eta);
-                Ray reflected = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share, before);
+                Ray reflected = Ray(x, hit.triangle, mirrored(-ray.direction, n), ray.bounces + 1, ray.weight * share, before, reflected_cone(cone, curvature));
                 vec3 refracted = eta == 0.0 ? vec3(0.0) : outgoing_direction(-ray.direction, n, eta);
-                Ray through = Ray(x, hit.triangle, refracted, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta, behind);
+                Cone bent = refracted_cone(cone, curvature, dot(n, -ray.direction), eta);
+                Ray through = Ray(x, hit.triangle, refracted, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta, behind, bent);
                 ray = reflected;
                 bool passes = refracted != vec3(0.0) && any(greaterThan(through.weight, vec3(MIN_WEIGHT)));
                 bool returns = any(greaterThan(ray.weight, vec3(MIN_WEIGHT)));

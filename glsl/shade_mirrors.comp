@@ -6,9 +6,9 @@
 #include "shade.glsl"
 
 // Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known. Light is looked up once,
-// where the last ray ends.
-vec3 radiance(vec3 direction, uint first) {
-    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0));
+// where the last ray ends. `spread` is the angle of a sample, rad.
+vec3 radiance(vec3 direction, uint first, float spread) {
+    Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0), Cone(0.0, spread));
     Hit hit = hit_on(first, push.eye, direction);
     Triangle triangle;
     Object object;
@@ -29,6 +29,7 @@ vec3 radiance(vec3 direction, uint first) {
             vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
             // Where the interpolated normal would reflect the ray into the surface, the geometric normal replaces it.
             if (!(dot(mirrored(-ray.direction, n), geometric) > 0.0)) n = geometric;
+            if (HAS_TEXTURES) ray.cone = reflected_cone(widened(ray.cone, hit.distance), mean_curvature(triangle, corner));
             ray.weight *= reflected_share(object, dot(n, -ray.direction), 0.0);
             ray.origin = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
             ray.direction = mirrored(-ray.direction, n);
@@ -48,7 +49,8 @@ vec3 radiance(vec3 direction, uint first) {
     } else if (is_lit && object.kind == DIFFUSE) {
         vec2 w = hit.barycentric;
         vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
-        seen = albedo_of(object) / PI * irradiance(triangle.object, hit.triangle, x, w);
+        float width = abs(widened(ray.cone, hit.distance).width);
+        seen = albedo_at(object, hit.triangle, triangle, w, ray.direction, width) / PI * irradiance(triangle.object, hit.triangle, x, w);
     }
     return ray.weight * seen;
 }

@@ -95,6 +95,22 @@ struct DiffuseSurface {
     uint unused;
 };
 
+// Texture of the triangle with the same index: coordinates of its corners in repeats of the image, v upward, and the image's
+// levels among the TextureLevels.
+struct TexturedTriangle {
+    vec2 uv0;
+    vec2 uv1;
+    vec2 uv2;
+    uint first_level;
+    uint level_count; // 0: no texture
+};
+
+// A mipmap in the image of all textures: rows from the top, with a border of one texel that repeats the opposite side.
+struct TextureLevel {
+    uvec2 origin;    // of the texels within the border
+    uvec2 size;      // without the border
+};
+
 // The points of a triangle of kind POINTS: on a lattice of `division` intervals along each edge, row by row from the first
 // corner on, from `first` on; where the division is 1, the triangle's corners, which it shares with others.
 struct TrianglePoints {

@@ -18,6 +18,9 @@ layout(std430, binding = 12) readonly buffer PointLight { vec4 point_light[]; };
 layout(binding = 13) uniform usampler2D visible;   // triangles at the samples of this part of the picture
 layout(std430, binding = 14) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 15) readonly buffer Pixels { uint pixels[]; };
+TEXTURED_TRIANGLES(16)
+TEXTURE_LEVELS(17)
+layout(binding = 18) uniform sampler2D textures;
 
 // What the scene has. The compiler removes code for what it has not.
 layout(constant_id = 3) const bool HAS_LAMPS = true;
@@ -36,7 +39,8 @@ layout(constant_id = 6) const bool HAS_POINTS = true;
 #include "light_of_points.glsl"
 #include "environment.glsl"
 #include "background.glsl"
-#include "albedo.glsl"
+#include "texture.glsl"
+#include "cone.glsl"
 #include "work_list.glsl"
 
 const int MAX_BOUNCES = 12;
@@ -94,6 +98,7 @@ struct Ray {
     int bounces;
     vec3 weight;
     uvec2 media;     // see media.glsl
+    Cone cone;
 };
 
 // The hit of a ray on the surface around a triangle that it is known to meet within a pixel.

@@ -8,12 +8,13 @@ void main() {
     uvec2 pixel = uvec2(packed & 0xffffu, packed >> 16);
     // One sample in the middle of a pixel that shows one triangle, and all samples of another.
     int side = list == 0 ? 1 : int(push.side);
+    float spread = 2.0 * length(push.up) / push.size.y / float(side);
     vec3 sum = vec3(0.0);
     for (int i = 0; i < side * side; i++) {
         ivec2 at = ivec2(i % side, i / side);
         vec3 direction = direction_at(vec2(pixel) + (vec2(at) + 0.5) / float(side));
         uint first = texelFetch(visible, ivec2((pixel - push.part) * push.side) + at, 0).r;
-        sum += radiance(direction, first);
+        sum += radiance(direction, first, spread);
     }
     imageStore(view, ivec2(pixel), vec4(sum / float(side * side), 1.0));
 }

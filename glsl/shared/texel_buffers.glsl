@@ -172,3 +172,19 @@ float last_of(uvec4 texel) {
         return DirectCell(floats_of(a), last_of(a), floats_of(b), last_of(b),              \
             floats_of(c), last_of(c));                                                     \
     }
+
+#define TEXTURED_TRIANGLES(slot)                                                           \
+    TEXELS(slot, textured_triangles)                                                       \
+    TexturedTriangle textured_triangle_at(uint index) {                                    \
+        uvec4 a = TEXEL(textured_triangles, 2, index, 0);                                  \
+        uvec4 b = TEXEL(textured_triangles, 2, index, 1);                                  \
+        return TexturedTriangle(uintBitsToFloat(a.xy), uintBitsToFloat(a.zw),              \
+            uintBitsToFloat(b.xy), b.z, b.w);                                              \
+    }
+
+#define TEXTURE_LEVELS(slot)                                                               \
+    TEXELS(slot, texture_levels)                                                           \
+    TextureLevel texture_level_at(uint index) {                                            \
+        uvec4 a = TEXEL(texture_levels, 1, index, 0);                                      \
+        return TextureLevel(a.xy, a.zw);                                                   \
+    }

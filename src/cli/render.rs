@@ -6,7 +6,7 @@ use clap::Args;
 use nephroid::image_file::{RgbImage, write_exr, write_png};
 use nephroid::render::{Renderer, ViewMemory};
 use nephroid::scene::Scene;
-use nephroid::{Error, Result, tone_map};
+use nephroid::{Result, tone_map};
 use std::path::Path;
 
 /// Render the camera's view with its caustics
@@ -52,15 +52,6 @@ impl Job for Arguments {
     }
 
     fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()> {
-        if let Some(material) = scene.materials.iter().find(|m| m.albedo_map.is_some()) {
-            return Err(Error::Usage {
-                reason: format!(
-                    "the material `{}` has an albedo map, which the renderer does not draw yet",
-                    material.name
-                ),
-                remedy: "use `reference --view`, or remove the map".into(),
-            });
-        }
         renderer.view(&scene.camera, self.size, self.antialias)
     }
 

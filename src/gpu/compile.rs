@@ -21,7 +21,17 @@ pub enum Topology {
 pub type Constants = [bool; CONSTANTS];
 
 /// Number of specialisation constants.
-pub const CONSTANTS: usize = 7;
+pub const CONSTANTS: usize = 8;
+
+fn specialization_entries() -> [vk::SpecializationMapEntry; CONSTANTS] {
+    let size = size_of::<vk::Bool32>();
+    std::array::from_fn(|id| {
+        vk::SpecializationMapEntry::default()
+            .constant_id(id as u32)
+            .offset((id * size) as u32)
+            .size(size)
+    })
+}
 
 /// A compute pipeline. A shader need not have all of the `constants`.
 ///
@@ -35,13 +45,7 @@ pub fn compile_compute(
 ) -> Result<vk::Pipeline> {
     let module = Module::new(context, shader)?;
     let values = constants.map(vk::Bool32::from);
-    let size = size_of::<vk::Bool32>();
-    let entries: [_; CONSTANTS] = std::array::from_fn(|id| {
-        vk::SpecializationMapEntry::default()
-            .constant_id(id as u32)
-            .offset((id * size) as u32)
-            .size(size)
-    });
+    let entries = specialization_entries();
     let constants = vk::SpecializationInfo::default()
         .map_entries(&entries)
         .data(bytemuck::cast_slice(&values));
@@ -61,26 +65,32 @@ pub fn compile_compute(
 }
 
 /// A pipeline that adds its fragments to one RGBA32F image, or writes to images with a depth, as `topology` says,
-/// without vertex buffers.
+/// without vertex buffers. The shaders need not have all of the `constants`.
 ///
 /// # Errors
 /// [`crate::Error::Device`] where the driver refuses.
 pub fn compile_graphics(
     context: &Context,
-    vertex: &'static Shader,
-    fragment: &'static Shader,
+    [vertex, fragment]: [&'static Shader; 2],
     topology: Topology,
+    constants: Constants,
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
     let modules = [
         Module::new(context, vertex)?,
         Module::new(context, fragment)?,
     ];
+    let values = constants.map(vk::Bool32::from);
+    let entries = specialization_entries();
+    let constants = vk::SpecializationInfo::default()
+        .map_entries(&entries)
+        .data(bytemuck::cast_slice(&values));
     let stage_flags = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
     let stage_infos = [0, 1].map(|i| {
         vk::PipelineShaderStageCreateInfo::default()
             .stage(stage_flags[i])
             .module(modules[i].handle)
+            .specialization_info(&constants)
             .name(c"main")
     });
     let has_depth = !matches!(topology, Topology::Triangles | Topology::Points);

@@ -23,6 +23,8 @@ pub enum Sampling {
 pub enum Texel {
     /// RGBA in f32: light.
     Light,
+    /// RGBA in sRGB bytes, sampled as linear values: colours of surfaces.
+    Colour,
     /// One u32, sampled without filtering.
     Number,
     /// Depth in f32, sampled without filtering.
@@ -33,6 +35,7 @@ impl Texel {
     fn format(self) -> vk::Format {
         match self {
             Self::Light => Image::FORMAT,
+            Self::Colour => Image::COLOUR_FORMAT,
             Self::Number => Image::NUMBER_FORMAT,
             Self::Depth => Image::DEPTH_FORMAT,
         }
@@ -44,6 +47,7 @@ impl Texel {
             Self::Light => {
                 Usage::STORAGE | Usage::SAMPLED | Usage::TRANSFER_SRC | Usage::TRANSFER_DST
             }
+            Self::Colour => Usage::SAMPLED | Usage::TRANSFER_DST,
             Self::Number => Usage::COLOR_ATTACHMENT | Usage::SAMPLED,
             Self::Depth => Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
         }
@@ -72,6 +76,7 @@ const BAND_BYTES: u64 = 64 << 20;
 
 impl Image {
     pub const FORMAT: vk::Format = FORMAT;
+    pub const COLOUR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
     pub const NUMBER_FORMAT: vk::Format = vk::Format::R32_UINT;
     pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 

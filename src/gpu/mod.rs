@@ -24,7 +24,7 @@ mod timestamps;
 mod validation;
 
 pub use access::Access;
-pub use compile::Topology;
+pub use compile::{Constants, Topology};
 pub use context::Context;
 pub use device::{ContextOptions, DeviceInfo, list_devices};
 pub use host::External;

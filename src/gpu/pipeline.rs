@@ -40,7 +40,7 @@ struct Source {
     first: &'static Shader,
     /// A fragment shader; its topology.
     fragment: Option<(&'static Shader, Topology)>,
-    /// Specialisation constants of a compute shader, by their ids.
+    /// Specialisation constants, by their ids.
     constants: Constants,
 }
 
@@ -118,15 +118,15 @@ impl BoundPipeline {
     /// As [`BoundPipeline::compute`].
     pub fn graphics(
         context: &Arc<Context>,
-        vertex: &'static Shader,
-        fragment: &'static Shader,
+        [vertex, fragment]: [&'static Shader; 2],
         topology: Topology,
+        constants: Constants,
         resources: &Bindings,
     ) -> Result<Self> {
         let source = Source {
             first: vertex,
             fragment: Some((fragment, topology)),
-            constants: Constants::default(),
+            constants,
         };
         Self::new(context, &source, resources)
     }
@@ -351,7 +351,8 @@ impl Pipeline {
         let handle = match source.fragment {
             None => compile_compute(context, source.first, source.constants, made.layout)?,
             Some((fragment, topology)) => {
-                compile_graphics(context, source.first, fragment, topology, made.layout)?
+                let shaders = [source.first, fragment];
+                compile_graphics(context, shaders, topology, source.constants, made.layout)?
             }
         };
         context.set_name(handle, name);

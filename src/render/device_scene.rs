@@ -5,7 +5,7 @@
 //! subdivision of the casters is fixed by the first update; every update finds the triangles that face a light.
 
 use crate::error::{Error, Result};
-use crate::gpu::{BoundPipeline, Buffer, Context, Resource, Shader, Staging, Topology};
+use crate::gpu::{BoundPipeline, Buffer, Constants, Context, Resource, Shader, Staging, Topology};
 use crate::render::bodies::Bodies;
 use crate::render::chains::lattice::DeviceLattices;
 use crate::render::environment::device::DeviceEnvironment;
@@ -20,6 +20,7 @@ use crate::render::receivers::mesh::atlases;
 use crate::render::receivers::surfaces::DeviceSurfaces;
 use crate::render::settings::{Area, Method, Settings};
 use crate::render::splat::kernel_profiles::profiles;
+use crate::render::textures::{DeviceTextures, map_of};
 use crate::scene::{Geometry, LightKind, Object, Scene};
 use std::mem::discriminant;
 use std::sync::Arc;
@@ -44,6 +45,7 @@ pub struct DeviceScene {
     pub facets: DeviceFacets,
     pub lattices: DeviceLattices,
     pub bodies: Bodies,
+    pub textures: DeviceTextures,
     pub staging: Staging,
     /// Patches beyond one for each pair of facet and light that buffers hold, for an error to aim for.
     pub patch_budget: u32,
@@ -74,6 +76,7 @@ impl DeviceScene {
         let facets = DeviceFacets::new(context, &mut staging, scene, &geometry.store, settings)?;
         let lights = DeviceLights::new(context, scene)?;
         let lattices = DeviceLattices::new(context, scene, settings)?;
+        let textures = DeviceTextures::new(context, &mut staging, scene)?;
         let profile_table = profiles();
         let profiles = Buffer::new(context, "profiles", size_of_val(&*profile_table) as u64)?;
         staging.write::<Profile>(&profiles, 0, &profile_table)?;
@@ -89,6 +92,7 @@ impl DeviceScene {
             surfaces,
             casters,
             facets,
+            textures,
             staging,
             patch_budget: FIRST_BUDGET,
             scene: scene.clone(),
@@ -140,6 +144,9 @@ impl DeviceScene {
             |object| receivers.of_object(object),
             |object| bodies.is_solid(scene, object),
         );
+        if is_stale || is_rebuilt {
+            self.textures.update(staging, scene, store)?;
+        }
         staging.write(&self.objects, 0, &objects)?;
 
         let mut lights = pack(scene, store.origin);
@@ -199,12 +206,17 @@ impl DeviceScene {
             assert!(named, "{} has no {name}", shader.name);
         }
         let shared = self.resources();
+        BoundPipeline::compute(context, shader, self.constants(), &[own, &shared].concat())
+    }
+
+    /// What the scene has, as specialisation constants by their ids.
+    fn constants(&self) -> Constants {
         let only_mirrors = self.casters.lobes == 1;
         let Settings { method, area, .. } = self.settings;
         let area_by_product = method == Method::Beams && area == Area::Product;
         let has =
             |kind: fn(&LightKind) -> bool| self.scene.lights.iter().any(|light| kind(&light.kind));
-        let constants = [
+        [
             only_mirrors,
             area_by_product,
             method == Method::Beams,
@@ -212,12 +224,12 @@ impl DeviceScene {
             self.environment.is_present,
             self.receivers.mesh_count() > 0,
             self.surfaces.points.count > 0,
-        ];
-        BoundPipeline::compute(context, shader, constants, &[own, &shared].concat())
+            self.textures.is_present,
+        ]
     }
 
     /// The scene's buffers and images, by the names that shaders have for them.
-    fn resources(&self) -> [(&'static str, Resource<'_>); 22] {
+    fn resources(&self) -> [(&'static str, Resource<'_>); 25] {
         [
             ("triangles", Resource::Buffer(&self.geometry.triangles)),
             ("normals", Resource::Buffer(&self.geometry.normals)),
@@ -262,6 +274,12 @@ impl DeviceScene {
             ("lit_triangles", Resource::Buffer(&self.casters.lit)),
             ("profiles", Resource::Buffer(&self.profiles)),
             ("environment", Resource::Image(&self.environment.image)),
+            (
+                "textured_triangles",
+                Resource::Buffer(&self.textures.triangles),
+            ),
+            ("texture_levels", Resource::Buffer(&self.textures.levels)),
+            ("textures", Resource::Image(&self.textures.image)),
         ]
     }
 
@@ -272,16 +290,16 @@ impl DeviceScene {
     pub fn graphics(
         &self,
         context: &Arc<Context>,
-        [vertex, fragment]: [&'static Shader; 2],
+        shaders: [&'static Shader; 2],
         topology: Topology,
         own: &[(&'static str, Resource)],
     ) -> Result<BoundPipeline> {
         let shared = self.resources();
         BoundPipeline::graphics(
             context,
-            vertex,
-            fragment,
+            shaders,
             topology,
+            self.constants(),
             &[own, &shared].concat(),
         )
     }
@@ -371,6 +389,11 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
             return another(format!("light `{}` is of another kind or size", other.name));
         }
     }
+    let same_texture = |(a, b)| Arc::ptr_eq(a, b) || a == b;
+    if a.textures.len() != b.textures.len() || !a.textures.iter().zip(&b.textures).all(same_texture)
+    {
+        return another("its textures differ".into());
+    }
     for (object, other) in a.objects.iter().zip(&b.objects) {
         let kind =
             |scene: &Scene, object: &Object| discriminant(&scene.materials[object.material].kind);
@@ -380,6 +403,8 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
             "the topology"
         } else if object.light_map != other.light_map {
             "the size of the light map"
+        } else if map_of(a, object) != map_of(b, other) || !same_uvs(object, other) {
+            "the albedo map"
         } else if object.blocks_light != other.blocks_light {
             "the shadow"
         } else {
@@ -388,6 +413,13 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
         return another(format!("{what} of object `{}` differs", other.name));
     }
     Ok(())
+}
+
+fn same_uvs(a: &Object, b: &Object) -> bool {
+    match (&a.uvs, &b.uvs) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b) || a == b,
+        (a, b) => a.is_none() && b.is_none(),
+    }
 }
 
 fn same_topology(a: &Geometry, b: &Geometry) -> bool {

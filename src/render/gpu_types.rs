@@ -45,6 +45,8 @@ mirrors! {
         height: u32, light_scale: u32, light_x: u32, light_y: u32,
         environment_scale: u32, first_block: u32, triangle: u32, unused: u32,
     }
+    TexturedTriangle { uv0: Vec2, uv1: Vec2, uv2: Vec2, first_level: u32, level_count: u32, }
+    TextureLevel { origin: UVec2, size: UVec2, }
     TrianglePoints { first: u32, second: u32, third: u32, division: u32, }
     SurfacePoint { triangle: u32, weights: u32, radius: f32, }
     DirectCell { mean: Vec3, unused0: f32, power: Vec3, unused1: f32, direction: Vec3, unused2: f32, }
@@ -200,6 +202,8 @@ mod tests {
         "DiffuseSurface",
         "DirectCell",
         "ChainPath",
+        "TexturedTriangle",
+        "TextureLevel",
     ];
 
     /// These have the fields of the GLSL structs in their order. Plain-old-data structs have no padding.

@@ -30,6 +30,7 @@ mod receivers;
 mod settings;
 mod splat;
 mod stages;
+mod textures;
 mod view;
 
 pub use budget::FrameBudget;
@@ -55,6 +56,8 @@ use std::time::{Duration, Instant};
 pub struct ViewMemory {
     /// Of direct light on all diffuse surfaces.
     pub maps: u64,
+    /// Of albedo maps and texture coordinates.
+    pub textures: u64,
     /// Of the picture, with the visible triangles at its samples.
     pub picture: u64,
 }
@@ -410,6 +413,7 @@ impl Renderer {
     pub fn view_memory(&self) -> ViewMemory {
         ViewMemory {
             maps: self.direct.bytes() + self.scene.surfaces.bytes(),
+            textures: self.scene.textures.bytes(),
             picture: self.view.as_ref().map_or(0, View::bytes),
         }
     }

@@ -4,7 +4,9 @@
 pub mod lattice;
 
 use crate::error::Result;
-use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
+use crate::gpu::{
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::SPLAT_GROUP;
@@ -140,7 +142,7 @@ impl Chains {
         ];
         let finish = scene.compute(context, &shaders::FINISH_CHAINS_COMP, &own)?;
         let drawn = [("footprints", buffer(&footprints))];
-        let [vertex, fragment] = [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG];
+        let footprint = [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG];
         let topology = Topology::Triangles;
         Ok(Self {
             pilot,
@@ -150,7 +152,13 @@ impl Chains {
             scan: [scan(0)?, scan(1)?],
             emit: [emit(0)?, emit(1)?],
             finish,
-            draw: BoundPipeline::graphics(context, vertex, fragment, topology, &drawn)?,
+            draw: BoundPipeline::graphics(
+                context,
+                footprint,
+                topology,
+                Constants::default(),
+                &drawn,
+            )?,
             waves,
             quads,
             path_capacity,

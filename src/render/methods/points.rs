@@ -1,7 +1,9 @@
 //! points: the simple baseline. Low-discrepancy points on the casters and in the lights' discs, one texel each.
 
 use crate::error::{Error, Result};
-use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
+use crate::gpu::{
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{PointSplat, PointsPush};
 use crate::render::splat::quads::draw_push;
@@ -51,9 +53,9 @@ impl Points {
         let trace = scene.compute(context, &shaders::POINTS_COMP, &own)?;
         let draw = BoundPipeline::graphics(
             context,
-            &shaders::POINTS_VERT,
-            &shaders::POINTS_FRAG,
+            [&shaders::POINTS_VERT, &shaders::POINTS_FRAG],
             Topology::Points,
+            Constants::default(),
             &own,
         )?;
         Ok(Self {

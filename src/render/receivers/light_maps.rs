@@ -191,7 +191,7 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
         });
     }
     let sizes: Vec<[u32; 2]> = maps.iter().map(|&(_, _, padded)| padded).collect();
-    let (origins, end) = pack_tiles(&sizes, max_side)?;
+    let (origins, end) = pack_tiles(&sizes, max_side, "light maps")?;
     let tiles = (maps.iter().zip(&origins))
         .map(|(&(object, size, _), &origin)| Tile {
             object,
@@ -203,10 +203,15 @@ fn pack(scene: &Scene, max_side: u32) -> Result<(Vec<Tile>, [u32; 2])> {
 }
 
 /// Origins of tiles of these sizes in one image of at most `max_side` texels a side, and the size of the image.
+/// `what` names the tiles.
 ///
 /// # Errors
 /// [`Error::Usage`] where they do not fit.
-pub fn pack_tiles(sizes: &[[u32; 2]], max_side: u32) -> Result<(Vec<[u32; 2]>, [u32; 2])> {
+pub fn pack_tiles(
+    sizes: &[[u32; 2]],
+    max_side: u32,
+    what: &str,
+) -> Result<(Vec<[u32; 2]>, [u32; 2])> {
     let area: u64 = sizes.iter().map(|&size| texel_count(size)).sum();
     let widest = sizes.iter().flatten().copied().max().unwrap_or(1);
     let mut side = widest.max(area.isqrt().min(max_side.into()) as u32);
@@ -216,9 +221,9 @@ pub fn pack_tiles(sizes: &[[u32; 2]], max_side: u32) -> Result<(Vec<[u32; 2]>, [
             None if side == max_side => {
                 return Err(Error::Usage {
                     reason: format!(
-                        "all light maps together do not fit into {max_side}×{max_side} texels"
+                        "all {what} together do not fit into {max_side}×{max_side} texels"
                     ),
-                    remedy: "ask for smaller light maps".into(),
+                    remedy: format!("ask for smaller {what}"),
                 });
             }
             None => side = (side + side.div_ceil(8)).min(max_side),

@@ -120,7 +120,7 @@ impl DeviceSurfaces {
             });
         }
         let sizes: Vec<[u32; 2]> = tiles.iter().map(|tile| tile.tile.size).collect();
-        let (origins, image_size) = pack_tiles(&sizes, context.max_image_side())?;
+        let (origins, image_size) = pack_tiles(&sizes, context.max_image_side(), "light maps")?;
         for (tile, origin) in tiles.iter_mut().zip(origins) {
             tile.tile.origin = origin;
         }

@@ -1,7 +1,9 @@
 //! A projector: patches and lights in, splats out. Projectors differ only in data; each kind has a file of its own.
 
 use crate::error::Result;
-use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Shader, Topology};
+use crate::gpu::{
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Shader, Topology,
+};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::ProjectPush;
 use crate::render::lights::Source;
@@ -114,7 +116,13 @@ impl Projector {
         let topology = Topology::Triangles;
         Ok(Self {
             project,
-            draw: BoundPipeline::graphics(context, vertex, fragment, topology, &drawn)?,
+            draw: BoundPipeline::graphics(
+                context,
+                [vertex, fragment],
+                topology,
+                Constants::default(),
+                &drawn,
+            )?,
             list,
             source,
             passes: description.passes,

@@ -4,7 +4,9 @@
 //! triangles as its curvature asks for. All counts are chosen on the device, anew in every frame.
 
 use crate::error::{Error, Result};
-use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, shaders};
+use crate::gpu::{
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::{
@@ -204,7 +206,13 @@ impl Triangles {
                 Some(&patch_totals),
             )?,
             project: compute(&shaders::PROJECT_TRIANGLES_COMP, &all)?,
-            draw: BoundPipeline::graphics(context, vertex, fragment, topology, &splats)?,
+            draw: BoundPipeline::graphics(
+                context,
+                [vertex, fragment],
+                topology,
+                Constants::default(),
+                &splats,
+            )?,
             visibility,
             quads,
             patch_totals,

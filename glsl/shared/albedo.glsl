@@ -1,5 +1,0 @@
-// Albedo of diffuse surfaces.
-
-vec3 albedo_of(Object object) {
-    return object.color;
-}

@@ -1,0 +1,38 @@
+// Textures of diffuse surfaces. The including shader declares TEXTURE_LEVELS and the sampler `textures`.
+
+// Whether the scene has textures. The compiler removes code for what it has not.
+layout(constant_id = 7) const bool HAS_TEXTURES = true;
+
+// Samples along a footprint's longer axis, at most.
+const int MAX_PROBES = 4;
+
+// Colour of a level at a place in repeats of the image, v upward.
+vec3 colour_of_level(uint index, vec2 uv) {
+    TextureLevel level = texture_level_at(index);
+    vec2 texel = vec2(level.origin) + fract(vec2(uv.x, -uv.y)) * vec2(level.size);
+    return textureLod(textures, texel / vec2(textureSize(textures, 0)), 0.0).rgb;
+}
+
+// Linear mean of a texture over the parallelogram with the sides `across` and `up` around uv, about: along the longer side
+// samples of a level as fine as the shorter side (McCormack et al. 1999). `first` and `count` are the texture's levels.
+vec3 colour_of_texture(uint first, uint count, vec2 uv, vec2 across, vec2 up) {
+    vec2 size = vec2(texture_level_at(first).size);
+    float a = length(across * size);
+    float b = length(up * size);
+    float longer = max(a, b);
+    float shorter = max(min(a, b), 1e-6);
+    int probes = int(clamp(ceil(longer / max(shorter, 1.0)), 1.0, float(MAX_PROBES)));
+    float level = clamp(log2(max(shorter, longer / float(probes))), 0.0, float(count - 1));
+    uint low = uint(level);
+    float share = level - float(low);
+    vec2 step_ = (a > b ? across : up) / float(probes);
+    vec2 start = uv - 0.5 * float(probes - 1) * step_;
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < probes; i++) {
+        vec2 place = start + float(i) * step_;
+        vec3 colour = colour_of_level(first + low, place);
+        if (share > 0.0) colour = mix(colour, colour_of_level(first + low + 1, place), share);
+        sum += colour;
+    }
+    return sum / float(probes);
+}
