@@ -1,15 +1,17 @@
-//! Albedo maps: from files to what the reference's view shows.
+//! Albedo maps: from files to what the views of the renderer and of the reference show.
 
 #![cfg(feature = "cli")]
 
 mod common;
 
 use common::folder::{Folder, SCENE};
-use common::options;
+use common::{Device, assert_error, footprint, options};
 use glam::{DVec2, DVec3};
+use nephroid::image_file::RgbImage;
 use nephroid::reference::{View, view};
-use nephroid::scene::{Geometry, LightKind, MaterialKind, Scene};
+use nephroid::scene::{Geometry, LightKind, MaterialKind, Scene, Texture};
 use std::f64::consts::PI;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Red, green over blue, white; rows from the top.
@@ -323,5 +325,130 @@ fn caustics_are_coloured_too() {
         seen.radiance
             .iter()
             .all(|rgb| rgb[1] < 0.1 * red && rgb[2] < 0.1 * red)
+    );
+}
+
+/// The middle pixel of the renderer's view.
+fn drawn(device: &Device, scene: &Scene) -> DVec3 {
+    let size = [5, 3];
+    let mut renderer = device.renderer(scene, &footprint(64));
+    renderer.view(&scene.camera, size, 1).unwrap();
+    let RgbImage { pixels, .. } = renderer.read_view().unwrap();
+    DVec3::from(pixels[7].map(f64::from))
+}
+
+/// `scene` without its environment and without shadows, under a sun whose light arrives at every point of the floor alike.
+/// It lights the back of the mirror, which is black.
+fn under_a_point_of_a_sun(mut scene: Scene) -> Scene {
+    scene.lights.truncate(1);
+    scene.objects[0].blocks_light = false;
+    if let LightKind::Sun { angular_radius, .. } = &mut scene.lights[0].kind {
+        *angular_radius = 0.0;
+    }
+    scene
+}
+
+fn look_at(scene: &mut Scene, target: DVec3, offset: DVec3, fov: f64) {
+    scene.camera.target = target;
+    scene.camera.position = target + offset;
+    scene.camera.fov = fov;
+}
+
+fn relative(found: DVec3, exact: DVec3) -> f64 {
+    found.distance(exact) / exact.length()
+}
+
+/// As [`the_view_shows_the_colours_where_they_belong`], drawn by the device: rects and meshes, `uv_scale`, and the floor
+/// by way of a mirror.
+#[test]
+fn the_device_draws_the_colours_where_they_belong() {
+    let device = Device::open();
+    let rect = under_a_point_of_a_sun(folder().load().unwrap().scene);
+    let mut mesh = rect.clone();
+    mesh.objects[1].uvs = Some(Arc::new(
+        mesh.objects[1].texture_coordinates().unwrap().into_owned(),
+    ));
+    mesh.objects[1].geometry =
+        Geometry::Mesh(Arc::new(mesh.objects[1].geometry.mesh().into_owned()));
+    let mut unmapped = mesh.clone();
+    unmapped.objects[1].light_map = None;
+    // A receiver has to be there.
+    let mut below = rect.objects[1].clone();
+    if let Geometry::Rect(rect) = &mut below.geometry {
+        rect.origin.y = -1.0;
+    }
+    unmapped.objects.push(below);
+    let lit = 0.5 / PI * 0.6;
+    for (name, scene) in [("rect", rect), ("mesh", mesh), ("unmapped mesh", unmapped)] {
+        let (mut worst, mut perturbed) = (0.0_f64, f64::INFINITY);
+        for (scale, uv, colour) in [
+            ([1.0, 1.0], [0.25, 0.75], [1.0, 0.0, 0.0]),
+            ([1.0, 1.0], [0.75, 0.75], [0.0, 1.0, 0.0]),
+            ([1.0, 1.0], [0.25, 0.25], [0.0, 0.0, 1.0]),
+            ([1.0, 1.0], [0.75, 0.25], [1.0, 1.0, 1.0]),
+            ([1.0, 1.0], [0.5, 0.75], [0.5, 0.5, 0.0]),
+            ([2.0, 1.0], [0.625, 0.75], [1.0, 0.0, 0.0]),
+            ([-1.0, 4.0], [0.25, 0.8125], [1.0, 1.0, 1.0]),
+        ] {
+            let mut scene = scene.clone();
+            scene.materials[1].albedo_map.as_mut().unwrap().uv_scale = DVec2::from(scale);
+            let [u, v]: [f64; 2] = uv;
+            let target = DVec3::new(-1.0 + 2.0 * u, 0.0, 1.0 - 2.0 * v);
+            look_at(&mut scene, target, DVec3::new(0.2, 1.0, 0.3), 1e-3);
+            let found = drawn(&device, &scene);
+            let exact = lit * DVec3::from(colour);
+            worst = worst.max(relative(found, exact));
+            // Channels the other way about.
+            let turned = DVec3::new(exact.y, exact.z, exact.x);
+            if turned != exact {
+                perturbed = perturbed.min(relative(found, turned));
+            }
+        }
+        assert_error(&format!("texels, {name}"), 0.01, worst, perturbed);
+    }
+}
+
+/// A texture whose squares are far smaller than pixels shows its linear mean, whether it is seen directly or in a mirror.
+#[test]
+fn far_squares_become_their_linear_mean() {
+    let device = Device::open();
+    let mut scene = under_a_point_of_a_sun(folder().load().unwrap().scene);
+    let side = 64;
+    let texels = (0..side * side)
+        .map(|i| match (i / side + i) % 2 {
+            0 => [255, 188, 0, 255],
+            _ => [0, 0, 0, 255],
+        })
+        .collect();
+    scene.textures[0] = Arc::new(Texture::new(side, side, texels));
+    scene.materials[1].albedo_map.as_mut().unwrap().uv_scale = DVec2::splat(64.0);
+    // sRGB 188 is 0.5029 linear.
+    let mean = 0.5 / PI * 0.6 * DVec3::new(0.5, 0.5 * 0.5029, 0.0);
+    // Where values were averaged as they are encoded, 127.5 of 255 would be 0.2122.
+    let encoded = 0.5 / PI * 0.6 * DVec3::new(0.2122, 0.1124, 0.0);
+    look_at(
+        &mut scene,
+        DVec3::new(-0.3, 0.0, 0.4),
+        DVec3::new(-0.5, 2.0, 2.0),
+        0.4,
+    );
+    let found = drawn(&device, &scene);
+    assert_error(
+        "mean",
+        0.01,
+        relative(found, mean),
+        relative(found, encoded),
+    );
+
+    // By way of the mirror, of reflectance 0.9, in the plane z = 0: the camera's image behind it looks at the floor.
+    let target = DVec3::new(0.5, 0.5, 0.0);
+    look_at(&mut scene, target, DVec3::new(0.0, 0.9, 0.9), 0.2);
+    let found = drawn(&device, &scene);
+    let (mean, encoded) = (0.9 * mean, 0.9 * encoded);
+    assert_error(
+        "mean in a mirror",
+        0.01,
+        relative(found, mean),
+        relative(found, encoded),
     );
 }
