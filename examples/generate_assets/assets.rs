@@ -1,10 +1,16 @@
-//! The meshes and environments that the shipped scenes use, as bytes. Lengths in metres.
+//! The meshes, textures and environments that the shipped scenes use, as bytes. Lengths in metres.
 
 // By path, since `tests/assets.rs` includes this file from another folder.
 #[path = "irregular/mod.rs"]
 mod irregular;
+#[path = "noise.rs"]
+mod noise;
 #[path = "obj.rs"]
 mod obj;
+#[path = "skies.rs"]
+mod skies;
+#[path = "textures.rs"]
+mod textures;
 
 use glam::{DVec2, DVec3};
 use obj::Obj;
@@ -16,6 +22,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
     let mut files: Vec<(&'static str, Vec<u8>)> = vec![
         ("meshes/ring.obj", ring().into()),
         ("meshes/half_cylinder.obj", half_cylinder().into()),
+        ("meshes/half_sleeve.obj", half_sleeve().into()),
         ("meshes/dish.obj", dish().into()),
         ("meshes/ball.obj", ball().into()),
         ("meshes/bumps.obj", bumps().into()),
@@ -31,6 +38,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("environments/sunny.hdr", sunny()),
     ];
     files.extend(irregular::all());
+    files.extend(textures::all());
+    files.extend(skies::all());
     files
 }
 
@@ -114,6 +123,29 @@ fn half_cylinder() -> String {
         let out = around(PI * i as f64 / 128.0 - FRAC_PI_2);
         (out + 0.4 * j as f64 / 12.0 * DVec3::Y, -out)
     });
+    obj.text
+}
+
+/// Outside of the half x > 0 of an upright cylinder around the y axis, just around [`half_cylinder`], and its rim.
+fn half_sleeve() -> String {
+    const RADIUS: f64 = 1.004;
+    let mut obj = Obj::new("outside of half a cylinder, x > 0: radius 1.004 m, height 0.4 m");
+    let out = |i: usize| around(PI * i as f64 / 64.0 - FRAC_PI_2);
+    obj.grid([64, 1], |i, j| {
+        let out = out(64 - i);
+        (RADIUS * out + 0.4 * j as f64 * DVec3::Y, out)
+    });
+    obj.grid([64, 1], |i, j| {
+        ([0.999, RADIUS][j] * out(i) + 0.4 * DVec3::Y, DVec3::Y)
+    });
+    // The two ends.
+    for (end, side) in [(0, 1.0), (64, -1.0)] {
+        obj.grid([1, 1], |i, j| {
+            let across = [0.999, RADIUS][if side > 0.0 { 1 - i } else { i }];
+            let height = 0.4 * j as f64;
+            (across * out(end) + height * DVec3::Y, -DVec3::X)
+        });
+    }
     obj.text
 }
 
@@ -365,7 +397,7 @@ fn reversed([a, b, c, d]: [DVec2; 4]) -> [DVec2; 4] {
 
 /// Radiance 1 W/m²/sr from everywhere.
 fn constant_environment() -> Vec<u8> {
-    equirectangular(16, |_, _| DVec3::ONE)
+    equirectangular(16, 8, |_, _| DVec3::ONE)
 }
 
 /// A room: grey walls, a brighter ceiling, a dark floor, and two windows of other colours.
@@ -378,7 +410,7 @@ fn studio() -> Vec<u8> {
         ([255.0, 280.0], [18.0, 52.0], DVec3::new(24.0, 28.0, 34.0)),
         ([335.0, 355.0], [20.0, 50.0], DVec3::new(30.0, 25.0, 18.0)),
     ];
-    equirectangular(512, |azimuth, elevation| {
+    equirectangular(512, 8, |azimuth, elevation| {
         let within = |[low, high]: [f64; 2], x: f64| (low..high).contains(&x.to_degrees());
         let window = (WINDOWS.iter())
             .find(|(across, up, _)| within(*across, azimuth) && within(*up, elevation));
@@ -400,7 +432,7 @@ fn sunny() -> Vec<u8> {
     let toward = DVec3::new(-0.7, 0.55, 0.4).normalize();
     let sine = RADIUS.to_radians().sin();
     let sun = DVec3::new(1.0, 0.93, 0.82) / (PI * sine * sine);
-    equirectangular(1024, |azimuth, elevation| {
+    equirectangular(1024, 8, |azimuth, elevation| {
         let level = elevation.cos();
         let direction = DVec3::new(
             level * azimuth.sin(),
@@ -419,22 +451,20 @@ fn sunny() -> Vec<u8> {
 }
 
 /// Radiance by azimuth (0 to 2π) and elevation, rad, as an image of Radiance RGBE, `height` pixels
-/// high and twice as wide; pixels are averages over their points.
-fn equirectangular(height: u32, radiance: impl Fn(f64, f64) -> DVec3) -> Vec<u8> {
-    /// Points of a pixel on a side.
-    const POINTS: u32 = 8;
+/// high and twice as wide; pixels are averages over the square of `points`.
+fn equirectangular(height: u32, points: u32, radiance: impl Fn(f64, f64) -> DVec3) -> Vec<u8> {
     let width = 2 * height;
-    let step = PI / f64::from(height * POINTS);
+    let step = PI / f64::from(height * points);
     let pixel = |i: u32| {
         let (column, row) = (i % width, i / width);
         let mut sum = DVec3::ZERO;
-        for point in 0..POINTS * POINTS {
-            let x = column * POINTS + point % POINTS;
-            let y = row * POINTS + point / POINTS;
+        for point in 0..points * points {
+            let x = column * points + point % points;
+            let y = row * points + point / points;
             let at = |place: u32| (f64::from(place) + 0.5) * step;
             sum += radiance(at(x), FRAC_PI_2 - at(y));
         }
-        image::Rgb((sum / f64::from(POINTS * POINTS)).as_vec3().to_array())
+        image::Rgb((sum / f64::from(points * points)).as_vec3().to_array())
     };
     let pixels: Vec<_> = (0..width * height).map(pixel).collect();
     let mut content = Vec::new();
