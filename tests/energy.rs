@@ -355,6 +355,7 @@ fn keeps_the_energy_of_skies(name: &str, receiver: &str, bound: f64) {
         map: Arc::new(photographed()),
         scale: 1.0,
         rotation: 0.3,
+        casts_caustics: true,
     };
     let skies = [
         ("an even sky", environment("ball.toml")),

@@ -48,6 +48,7 @@ fn disc(toward: DVec3, radius: f64) -> LightKind {
         }),
         scale: 1.0,
         rotation: 0.0,
+        casts_caustics: true,
     }
 }
 

@@ -48,6 +48,35 @@ fn environments_are_read_from_both_formats() {
     }
 }
 
+#[test]
+fn an_environment_casts_caustics_unless_its_file_says_not() {
+    let folder = Folder::new();
+    let scene = |key: &str| SCENE.replace("rotation_degrees = 90.0", key);
+    for (key, casts) in [
+        ("", true),
+        ("caustics = true", true),
+        ("caustics = false", false),
+    ] {
+        folder.write("scene.toml", scene(key));
+        let loaded = folder.load().unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(loaded.scene.lights[1].kind.casts_caustics(), casts, "{key}");
+        assert!(loaded.scene.lights[0].kind.casts_caustics());
+    }
+    folder.write("scene.toml", scene("caustics = 0"));
+    let message = folder.error();
+    assert!(message.contains("expected a boolean"), "{message}");
+    let sun = SCENE.replace(
+        "direction = [0.0, 3.0, -4.0]",
+        "direction = [0.0, 3.0, -4.0]\ncaustics = false",
+    );
+    folder.write("scene.toml", sun);
+    let message = folder.error();
+    assert!(
+        message.contains("the kind `sun` has no key `caustics`"),
+        "{message}"
+    );
+}
+
 /// Radiance RGBE of 1 W/m²/sr, run-length encoded.
 fn white(width: usize, height: usize) -> Vec<u8> {
     let mut content =

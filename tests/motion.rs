@@ -165,6 +165,7 @@ fn a_changed_environment_is_as_if_made_so() {
             map: map.clone(),
             scale,
             rotation,
+            casts_caustics: true,
         };
         scene
     });
@@ -188,6 +189,7 @@ fn another_environment_is_as_if_made_so() {
             }),
             scale: 1.0,
             rotation: 0.0,
+            casts_caustics: true,
         };
         scene
     });

@@ -105,6 +105,7 @@ fn sky(above: f32, below: f32) -> LightKind {
         }),
         scale: 1.0,
         rotation: 0.0,
+        casts_caustics: true,
     }
 }
 

@@ -33,6 +33,7 @@ fn the_good_scene_loads_in_si_units() {
         map,
         scale,
         rotation,
+        casts_caustics: _,
     } = &scene.lights[1].kind
     else {
         panic!("the second light is the sky");

@@ -235,6 +235,7 @@ fn still_water_lets_an_even_sky_through() {
         }),
         scale: 1.0,
         rotation: 0.0,
+        casts_caustics: true,
     };
     // All that is refracted to the floor, within 48.6°, comes by the water.
     let mut scene = water(Vec::new(), [16, 16], 0.2, DVec3::Y);

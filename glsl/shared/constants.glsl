@@ -5,6 +5,8 @@
 const uint OCCLUDES = 1;
 // `Triangle.flags`: the triangle belongs to a mesh receiver.
 const uint IS_MESH_RECEIVER = 2;
+// `Triangle.flags`: the triangle casts shadows in the direct light of the environment.
+const uint OCCLUDES_ENVIRONMENT = 4;
 
 // `Object.kind`.
 const uint DIFFUSE = 0;

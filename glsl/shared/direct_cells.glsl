@@ -14,7 +14,7 @@ vec3 cells_irradiance(vec3 x, vec3 n, uint self, uint first, uint step_, uint co
         // A cell that the horizon cuts.
         vec3 s = dot(n, cell.direction) > 0.0 ? cell.direction : normalize(cell.mean);
         open += cosine * cell.power;
-        if (!occluded(x, s, FAR, self)) sum += cosine * cell.power;
+        if (!occluded_by(OCCLUDES_ENVIRONMENT, x, s, FAR, self)) sum += cosine * cell.power;
     }
     vec3 weight = vec3(1.0);
     blocked = dot(open, weight) > 0.0 ? 1.0 - dot(sum, weight) / dot(open, weight) : 0.0;

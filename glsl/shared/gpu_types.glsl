@@ -12,7 +12,7 @@ struct Triangle {
     vec3 position;   // first corner
     uint object;
     vec3 edge1;      // second corner - first
-    uint flags;      // OCCLUDES: casts shadows; IS_MESH_RECEIVER: belongs to a mesh receiver
+    uint flags;      // OCCLUDES, OCCLUDES_ENVIRONMENT: casts shadows; IS_MESH_RECEIVER: belongs to a mesh receiver
     vec3 edge2;      // third corner - first
     uint twin;       // rect: index of its other triangle; mesh: index of this triangle
 };

@@ -48,9 +48,9 @@ uint twin_of(uint self) {
     return self == NO_TRIANGLE ? NO_TRIANGLE : triangle_at(self).twin;
 }
 
-// Whether an object that casts shadows lies between origin and origin + limit * direction. The triangle `self` and its
-// twin are ignored. Neighbouring rays descend together and test their leaves together (Aila & Laine 2009).
-bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
+// Whether a triangle that has one of `bits` in Triangle.flags lies between origin and origin + limit * direction. The triangle
+// `self` and its twin are ignored. Neighbouring rays descend together and test their leaves together (Aila & Laine 2009).
+bool occluded_by(uint bits, vec3 origin, vec3 direction, float limit, uint self) {
     uint twin = twin_of(self);
     Grid grid = grid_of_nodes();
     vec3 start = (origin - grid.lower) * grid.scale;
@@ -74,11 +74,16 @@ bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
             float t;
             vec2 uv;
             Triangle triangle = triangle_at(i);
-            bool counts = i != self && i != twin && (triangle.flags & OCCLUDES) != 0;
+            bool counts = i != self && i != twin && (triangle.flags & bits) != 0;
             if (counts && intersect(triangle, origin, direction, limit, t, uv)) return true;
         }
         link = stack[--top];
     }
+}
+
+// Whether an object that casts shadows lies between.
+bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
+    return occluded_by(OCCLUDES, origin, direction, limit, self);
 }
 
 const uint ANY_TRIANGLE = ~0u;

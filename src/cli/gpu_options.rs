@@ -12,7 +12,7 @@ use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Sub
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, profile};
 use nephroid::render::{Area, Method, Renderer, Settings, ViewMemory};
-use nephroid::scene::{Animation, Scene};
+use nephroid::scene::{Animation, LightKind, Scene};
 use nephroid::{Error, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -263,6 +263,9 @@ pub struct CausticReport {
     pub lit: Option<u32>,
     /// Estimated relative L1 error of the receiver where it is largest; `None` where it is not estimated.
     pub estimated_error: Option<f32>,
+    /// Whether the environment casts caustics, as its scene file says; absent without an environment.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment_caustics: Option<bool>,
     /// Of the last frames, with `--budget-ms`: median time of the caustic, update included, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budgeted: Option<f64>,
@@ -413,7 +416,7 @@ impl GpuOptions {
         let report = Report {
             file: pattern.to_owned(),
             device: session.context.info().clone(),
-            caustic: self.caustic_report(&session.renderer, job)?,
+            caustic: self.caustic_report(&session, job)?,
             frame: spread(|frame| frame.seconds),
             is_first: false,
             camera: None,
@@ -428,7 +431,13 @@ impl GpuOptions {
     }
 
     /// What was computed in the last frame.
-    fn caustic_report(&self, renderer: &Renderer, job: &impl Job) -> Result<Option<CausticReport>> {
+    fn caustic_report(
+        &self,
+        Session {
+            renderer, scene, ..
+        }: &Session,
+        job: &impl Job,
+    ) -> Result<Option<CausticReport>> {
         if !job.has_caustic() {
             return Ok(None);
         }
@@ -437,6 +446,9 @@ impl GpuOptions {
             samples: renderer.samples()?,
             lit: renderer.lit_patches()?,
             estimated_error: renderer.estimated_error()?,
+            environment_caustics: (scene.lights.iter())
+                .find(|light| matches!(light.kind, LightKind::Environment { .. }))
+                .map(|light| light.kind.casts_caustics()),
             budgeted: (renderer.budget()).map(|budget| budget.time().as_secs_f64()),
         }))
     }
@@ -503,7 +515,7 @@ impl GpuOptions {
         let report = Report {
             file: file.to_owned(),
             device: session.context.info().clone(),
-            caustic: self.caustic_report(&session.renderer, job)?,
+            caustic: self.caustic_report(&session, job)?,
             frame: Spread::of(&times),
             is_first: !self.profile,
             camera,
@@ -560,6 +572,9 @@ impl Report {
             lines.push(format!("method  {method}, {} {unit}{lit}", caustic.samples));
             if let Some(error) = caustic.estimated_error {
                 lines.push(format!("estimated error  {:.1} %", 100.0 * error));
+            }
+            if caustic.environment_caustics == Some(false) {
+                lines.push("environment  without caustics, as the scene file says".into());
             }
             if let Some(time) = caustic.budgeted {
                 lines.push(format!("caustic  {:.2} ms", 1e3 * time));

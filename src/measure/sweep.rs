@@ -471,10 +471,13 @@ enum Missing {
 
 fn missing_light(scene: &Scene, method: Method) -> Option<Missing> {
     let is_environment = |kind: &LightKind| matches!(kind, LightKind::Environment { .. });
-    let environments = (scene.lights.iter())
+    let casting: Vec<_> = (scene.lights.iter())
+        .filter(|light| light.kind.casts_caustics())
+        .collect();
+    let environments = (casting.iter())
         .filter(|light| is_environment(&light.kind))
         .count();
-    match (method, scene.lights.len() - environments, environments) {
+    match (method, casting.len() - environments, environments) {
         (Method::Pinhole | Method::Footprint, ..) | (_, _, 0) => None,
         (_, 0, _) => Some(Missing::All),
         _ => Some(Missing::Environment),

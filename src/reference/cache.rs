@@ -261,6 +261,10 @@ fn view_key(scene: &Scene, size: [u32; 2], options: &Options) -> Hash {
     size.iter().for_each(|&side| feed.number(side.into()));
     feed.options(options);
     feed.scene(scene, |index| scene.objects[index].light_map.is_some());
+    // The others light surfaces directly.
+    (scene.lights.iter())
+        .filter(|light| !light.kind.casts_caustics())
+        .for_each(|light| feed.light(light));
     for object in &scene.objects {
         let texels = object.light_map.unwrap_or_default();
         texels.iter().for_each(|&side| feed.number(side.into()));
@@ -306,7 +310,7 @@ impl Feed {
         self.number(seed.into());
     }
 
-    /// All but the camera and the colours of diffuse surfaces; what objects' light maps are laid out from
+    /// All but the camera, the colours of diffuse surfaces and lights without caustics; what objects' light maps are laid out from
     /// for those that `unwraps`.
     fn scene(&mut self, scene: &Scene, unwraps: impl Fn(usize) -> bool) {
         let Scene {
@@ -318,8 +322,11 @@ impl Feed {
             textures: _,
         } = scene;
         self.number((*max_interfaces).into());
-        self.number(lights.len() as u64);
-        lights.iter().for_each(|light| self.light(light));
+        let casting: Vec<_> = (lights.iter())
+            .filter(|light| light.kind.casts_caustics())
+            .collect();
+        self.number(casting.len() as u64);
+        casting.into_iter().for_each(|light| self.light(light));
         for (index, object) in objects.iter().enumerate() {
             let Object {
                 material,
@@ -406,6 +413,7 @@ impl Feed {
                 map,
                 scale,
                 rotation,
+                casts_caustics: _,
             } => {
                 self.number(1);
                 self.values(&[*scale, *rotation]);

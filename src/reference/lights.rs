@@ -101,6 +101,7 @@ impl Emitter {
                 map,
                 scale,
                 rotation,
+                casts_caustics: _,
             } => Environment::new(map, *scale, *rotation).map(Self::Environment),
         }
     }
@@ -487,6 +488,7 @@ mod tests {
                 map: Arc::new(map),
                 scale: 2.0,
                 rotation,
+                casts_caustics: true,
             },
         };
         Emitter::new(&light).unwrap()

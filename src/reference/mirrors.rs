@@ -189,6 +189,23 @@ pub fn triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     triangles
 }
 
+/// The same without interfaces: theirs are single points, which block nothing, so that numbers stay the same.
+pub fn opaque_triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
+    let mut triangles = triangles_that_block(scene);
+    let mut first = 0;
+    for object in scene.objects.iter().filter(|object| object.blocks_light) {
+        let count = object.geometry.mesh().triangles.len();
+        let kind = &scene.materials[object.material].kind;
+        if matches!(kind, MaterialKind::Dielectric(_)) {
+            for triangle in &mut triangles[first..first + count] {
+                *triangle = [triangle[0]; 3];
+            }
+        }
+        first += count;
+    }
+    triangles
+}
+
 /// All triangles with a specular material and an area above zero.
 pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
     let mut triangles = Vec::new();

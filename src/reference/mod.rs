@@ -154,7 +154,10 @@ pub fn caustic(
 ) -> Result<Reference> {
     check(texels, options)?;
     let mirrors = mirrors::mirror_triangles(scene);
-    let emitters: Vec<Emitter> = scene.lights.iter().filter_map(Emitter::new).collect();
+    let emitters: Vec<Emitter> = (scene.lights.iter())
+        .filter(|light| light.kind.casts_caustics())
+        .filter_map(Emitter::new)
+        .collect();
     let blockers = Blockers::new(&mirrors::triangles_that_block(scene));
     let problem = Problem {
         receiver: receiver_of(scene, receiver, texels)?,

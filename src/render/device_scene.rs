@@ -71,7 +71,7 @@ impl DeviceScene {
         let receivers = DeviceReceivers::new(context, scene, atlases)?;
         let surfaces = DeviceSurfaces::new(context, scene, &receivers, &geometry.store)?;
         let environment = DeviceEnvironment::new(context, &mut staging, scene)?;
-        let all_lit = environment.is_present && settings.method == Method::Pinhole;
+        let all_lit = environment.casts_caustics && settings.method == Method::Pinhole;
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
         let facets = DeviceFacets::new(context, &mut staging, scene, &geometry.store, settings)?;
         let lights = DeviceLights::new(context, scene)?;
@@ -380,8 +380,12 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
     }
     for (light, other) in a.lights.iter().zip(&b.lights) {
         let same = match (&light.kind, &other.kind) {
-            (LightKind::Environment { map: a, .. }, LightKind::Environment { map: b, .. }) => {
-                [a.width, a.height] == [b.width, b.height]
+            (
+                a @ LightKind::Environment { map, .. },
+                b @ LightKind::Environment { map: other, .. },
+            ) => {
+                [map.width, map.height] == [other.width, other.height]
+                    && a.casts_caustics() == b.casts_caustics()
             }
             (a, b) => discriminant(a) == discriminant(b),
         };

@@ -64,7 +64,7 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
     for &place in places.iter().step_by(step) {
         for number in 0..of_each {
             let (x, normal, geometric) = point(store, place, number);
-            let environment = (with_environment && device.environment.is_present)
+            let environment = (with_environment && device.environment.casts_caustics)
                 .then(|| (0..DIRECTIONS).map(direction))
                 .into_iter()
                 .flatten()

@@ -83,6 +83,7 @@ pub struct EnvironmentLight<'a> {
     pub scale: f32,
     /// rad, 0 to 2π.
     pub rotation: f32,
+    pub casts_caustics: bool,
 }
 
 impl<'a> EnvironmentLight<'a> {
@@ -96,10 +97,12 @@ impl<'a> EnvironmentLight<'a> {
                 map,
                 scale,
                 rotation,
+                casts_caustics,
             } => Some(Self {
                 map,
                 scale: *scale as f32,
                 rotation: rotation.rem_euclid(TAU) as f32,
+                casts_caustics: *casts_caustics,
             }),
             _ => None,
         });

@@ -259,7 +259,7 @@ impl Renderer {
         }
         let environment_counts =
             matches!(self.settings.method, Method::Footprint | Method::Pinhole);
-        if self.scene.environment.is_present && !environment_counts {
+        if self.scene.environment.casts_caustics && !environment_counts {
             let note = "the environment throws no caustic, and water lets none of it through: the \
                  methods footprint and pinhole do that";
             notes.push(note.into());

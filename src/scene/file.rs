@@ -70,6 +70,7 @@ pub struct LightEntry {
     pub file: Option<Spanned<String>>,
     pub scale: Option<Spanned<f64>>,
     pub rotation_degrees: Option<Spanned<f64>>,
+    pub caustics: Option<Spanned<bool>>,
     pub keyframes: Option<KeyframeList<LightKeys>>,
 }
 

@@ -9,7 +9,7 @@
 //! | `[camera]` | `position`, `target`, `fov_degrees` (vertical), `exposure_ev` (0) |
 //! | `[[light]]` of `kind = "sun"` | `name`, `direction` (toward the light, any length), `irradiance` (on a plane facing it), `angular_radius_degrees` (0: a point) |
 //! | `[[light]]` of `kind = "lamp"` | `name`, `position`, `radius`, `flux` (W; of a sphere that shines evenly) |
-//! | `[[light]]` of `kind = "environment"` | `name`, `file` (.hdr or .exr, equirectangular), `scale` (1), `rotation_degrees` (0) |
+//! | `[[light]]` of `kind = "environment"` | `name`, `file` (.hdr or .exr, equirectangular), `scale` (1), `rotation_degrees` (0), `caustics` (true: specular surfaces send its light on) |
 //! | `[[material]]` of `kind = "mirror"` | `name`, `reflectance` |
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
 //! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number or one of [`GLASSES`]), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
@@ -237,7 +237,8 @@ impl<'a> Loader<'a> {
         let no_environment = |kind| {
             section.refuse(kind, "file", &entry.file)?;
             section.refuse(kind, "scale", &entry.scale)?;
-            section.refuse(kind, "rotation_degrees", &entry.rotation_degrees)
+            section.refuse(kind, "rotation_degrees", &entry.rotation_degrees)?;
+            section.refuse(kind, "caustics", &entry.caustics)
         };
         let kind = match entry.kind.get_ref().as_str() {
             kind @ "sun" => {
@@ -302,6 +303,7 @@ impl<'a> Loader<'a> {
                     map,
                     scale,
                     rotation: rotation.to_radians(),
+                    casts_caustics: entry.caustics.as_ref().is_none_or(|value| *value.get_ref()),
                 }
             }
             other => {

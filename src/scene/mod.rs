@@ -113,7 +113,20 @@ pub enum LightKind {
         scale: f64,
         /// Rotation about +y, rad: a direction at azimuth u of the map appears at u + rotation.
         rotation: f64,
+        /// Whether specular surfaces send its light on to receivers. If not, it lights diffuse surfaces directly, the
+        /// camera sees it in mirrors and through interfaces, and interfaces do not block it: it passes straight through.
+        casts_caustics: bool,
     },
+}
+
+impl LightKind {
+    /// Whether specular surfaces send its light on to receivers.
+    pub fn casts_caustics(&self) -> bool {
+        match self {
+            Self::Environment { casts_caustics, .. } => *casts_caustics,
+            Self::Sun { .. } | Self::Lamp { .. } => true,
+        }
+    }
 }
 
 /// Equirectangular radiance image, W/m²/sr, rows from the zenith down:

@@ -835,6 +835,7 @@ fn under_lamp(rotation: f64) -> Scene {
         map: Arc::new(map),
         scale: 1.0,
         rotation,
+        casts_caustics: true,
     };
     scene
 }

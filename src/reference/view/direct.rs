@@ -25,31 +25,36 @@ const MOST_TEXELS: usize = 1 << 23;
 /// Camera paths, and at their diffuse ends rays to every light.
 pub struct Direct<'a> {
     paths: &'a Paths,
-    emitters: &'a [Emitter],
-    blockers: Option<&'a Blockers>,
+    /// With what blocks each.
+    emitters: Vec<(&'a Emitter, Option<&'a Blockers>)>,
     cancel: &'a AtomicBool,
     /// For every light and object: directions onto it where it is a rect and the light an environment.
     onto: Vec<Vec<Option<Arc<Directions>>>>,
 }
 
 impl<'a> Direct<'a> {
+    /// `blockers` are for lights of each of the two kinds in `emitters`.
     pub fn new(
         scene: &Scene,
         paths: &'a Paths,
-        emitters: &'a [Emitter],
-        blockers: Option<&'a Blockers>,
+        emitters: [&'a [Emitter]; 2],
+        blockers: [Option<&'a Blockers>; 2],
         cancel: &'a AtomicBool,
     ) -> Self {
-        let onto = emitters.iter().map(|emitter| match emitter {
+        let emitters: Vec<_> = (emitters.into_iter().zip(blockers))
+            .flat_map(|(emitters, blockers)| {
+                emitters.iter().map(move |emitter| (emitter, blockers))
+            })
+            .collect();
+        let onto = emitters.iter().map(|(emitter, _)| match emitter {
             Emitter::Environment(environment) => directions_onto(environment, scene),
             Emitter::Sun(_) | Emitter::Lamp(_) => vec![None; scene.objects.len()],
         });
         Self {
+            onto: onto.collect(),
             paths,
             emitters,
-            blockers,
             cancel,
-            onto: onto.collect(),
         }
     }
 
@@ -80,17 +85,17 @@ impl<'a> Direct<'a> {
         match end {
             End::Lamp(radiance) => *radiance,
             End::Background(toward) => (self.emitters.iter())
-                .map(|light| light.background(*toward))
+                .map(|(light, _)| light.background(*toward))
                 .sum(),
             End::Diffuse(point) => {
                 let irradiance: DVec3 = (self.emitters.iter().enumerate())
-                    .map(|(light, emitter)| match emitter {
+                    .map(|(light, (emitter, blockers))| match emitter {
                         Emitter::Environment(environment) => {
                             let onto = self.onto[light][point.object].as_deref();
-                            self.by_environment(environment, onto, point, drawn(light))
+                            by_environment(environment, onto, *blockers, point, drawn(light))
                         }
                         Emitter::Sun(_) | Emitter::Lamp(_) => {
-                            self.by_disc(emitter, point, drawn(light))
+                            by_disc(emitter, *blockers, point, drawn(light))
                         }
                     })
                     .sum();
@@ -98,55 +103,60 @@ impl<'a> Direct<'a> {
             }
         }
     }
+}
 
-    /// The cosine to the interpolated normal for light from the direction `toward` it that is before the
-    /// flat triangle and not blocked, otherwise 0.
-    fn cosine(&self, point: &DiffusePoint, toward: DVec3, distance: f64) -> f64 {
-        let cosine = point.shading.dot(toward);
-        let arrives = cosine > 0.0
-            && point.geometric.dot(toward) > 0.0
-            && !(self.blockers).is_some_and(|blockers| {
-                blockers.block(point.position, toward, distance, point.blocker)
-            });
-        if arrives { cosine } else { 0.0 }
-    }
+/// The cosine to the interpolated normal for light from the direction `toward` it that is before the
+/// flat triangle and not blocked, otherwise 0.
+fn cosine(blockers: Option<&Blockers>, point: &DiffusePoint, toward: DVec3, distance: f64) -> f64 {
+    let cosine = point.shading.dot(toward);
+    let arrives = cosine > 0.0
+        && point.geometric.dot(toward) > 0.0
+        && !blockers.is_some_and(|blockers| {
+            blockers.block(point.position, toward, distance, point.blocker)
+        });
+    if arrives { cosine } else { 0.0 }
+}
 
-    /// W/m²
-    fn by_disc(&self, light: &Emitter, point: &DiffusePoint, [u, v, ..]: [f64; 4]) -> DVec3 {
-        let drawn = light.draw(point.position, u, v);
-        self.cosine(point, drawn.direction, drawn.distance) * drawn.bright
-    }
+/// W/m²
+fn by_disc(
+    light: &Emitter,
+    blockers: Option<&Blockers>,
+    point: &DiffusePoint,
+    [u, v, ..]: [f64; 4],
+) -> DVec3 {
+    let drawn = light.draw(point.position, u, v);
+    cosine(blockers, point, drawn.direction, drawn.distance) * drawn.bright
+}
 
-    /// By one direction of `onto`, or by one of the environment's own and one with the density cosine/π,
-    /// weighted by the balance heuristic (Veach, Guibas, *Optimally combining sampling techniques for Monte
-    /// Carlo rendering*, SIGGRAPH 1995). W/m².
-    fn by_environment(
-        &self,
-        environment: &Environment,
-        onto: Option<&Directions>,
-        point: &DiffusePoint,
-        [u0, u1, u2, u3]: [f64; 4],
-    ) -> DVec3 {
-        let estimate = |toward: DVec3, density: &dyn Fn(DVec3) -> f64| match self.cosine(
-            point,
-            toward,
-            f64::INFINITY,
-        ) {
-            0.0 => DVec3::ZERO,
-            cosine => cosine / density(toward) * environment.radiance(toward),
-        };
-        if let Some(onto) = onto {
-            return estimate(onto.pick(u0, u1), &|toward| onto.density(toward));
-        }
-        let directions = environment.directions();
-        let both =
-            |toward: DVec3| directions.density(toward) + point.shading.dot(toward).max(0.0) / PI;
-        let (tangent, bitangent) = point.shading.any_orthonormal_pair();
-        let (y, x) = (TAU * u3).sin_cos();
-        let across = u2.sqrt() * (x * tangent + y * bitangent);
-        let by_cosine = across + (1.0 - u2).sqrt() * point.shading;
-        estimate(directions.pick(u0, u1), &both) + estimate(by_cosine, &both)
+/// By one direction of `onto`, or by one of the environment's own and one with the density cosine/π,
+/// weighted by the balance heuristic (Veach, Guibas, *Optimally combining sampling techniques for Monte
+/// Carlo rendering*, SIGGRAPH 1995). W/m².
+fn by_environment(
+    environment: &Environment,
+    onto: Option<&Directions>,
+    blockers: Option<&Blockers>,
+    point: &DiffusePoint,
+    [u0, u1, u2, u3]: [f64; 4],
+) -> DVec3 {
+    let estimate = |toward: DVec3, density: &dyn Fn(DVec3) -> f64| match cosine(
+        blockers,
+        point,
+        toward,
+        f64::INFINITY,
+    ) {
+        0.0 => DVec3::ZERO,
+        cosine => cosine / density(toward) * environment.radiance(toward),
+    };
+    if let Some(onto) = onto {
+        return estimate(onto.pick(u0, u1), &|toward| onto.density(toward));
     }
+    let directions = environment.directions();
+    let both = |toward: DVec3| directions.density(toward) + point.shading.dot(toward).max(0.0) / PI;
+    let (tangent, bitangent) = point.shading.any_orthonormal_pair();
+    let (y, x) = (TAU * u3).sin_cos();
+    let across = u2.sqrt() * (x * tangent + y * bitangent);
+    let by_cosine = across + (1.0 - u2).sqrt() * point.shading;
+    estimate(directions.pick(u0, u1), &both) + estimate(by_cosine, &both)
 }
 
 /// For every object that is a diffuse rect, directions of light onto it; rects that face the same way share them.

@@ -11,7 +11,7 @@
 //! - on the back of a diffuse surface, a mirror or a metal: black.
 //!
 //! Direct light comes from suns, lamps and the environment in a straight line past what blocks light,
-//! transparent surfaces with `blocks_light` included. Its cosine is that of the interpolated normal;
+//! transparent surfaces with `blocks_light` included; only light of an environment that casts no caustics passes straight through these. Its cosine is that of the interpolated normal;
 //! directions that the flat triangle hides do not count. The caustics are those of [`super::caustic`]: the
 //! light by specular surfaces, on the flat triangles of objects with a light map, and on those
 //! only, as in the renderer. Where the camera sees them directly, they are exact; where it sees them by way
@@ -27,7 +27,7 @@ mod paths;
 
 use super::chains::Chains;
 use super::lights::Emitter;
-use super::mirrors::{mirror_triangles, triangles_that_block};
+use super::mirrors::{mirror_triangles, opaque_triangles_that_block, triangles_that_block};
 use super::rounds::{self, Method};
 use super::sequence::Choices;
 use super::visibility::Blockers;
@@ -91,8 +91,16 @@ pub fn view(
     memory::check(&what, pixels * PIXEL_BYTES * (1 + methods))
         .map_err(|reason| usage(reason, "free some memory, or ask for fewer pixels"))?;
     let mirrors = mirror_triangles(scene);
-    let emitters: Vec<Emitter> = scene.lights.iter().filter_map(Emitter::new).collect();
+    let (casting, others): (Vec<_>, Vec<_>) =
+        (scene.lights.iter()).partition(|light| light.kind.casts_caustics());
+    let mut emitters: Vec<Emitter> = casting.into_iter().filter_map(Emitter::new).collect();
+    let casting = emitters.len();
     let blockers = Blockers::new(&triangles_that_block(scene));
+    let opaque = match others.is_empty() {
+        true => None,
+        false => Blockers::new(&opaque_triangles_that_block(scene)),
+    };
+    emitters.extend(others.into_iter().filter_map(Emitter::new));
     let chains = Chains::new(scene, &mirrors);
     let paths = Paths::new(scene, &scene.camera, size);
     let problems: Vec<(usize, Problem)> = texels_for(scene, &paths, cancel)?
@@ -101,7 +109,7 @@ pub fn view(
             let problem = Problem {
                 receiver: receiver_of(scene, object, texels)?,
                 mirrors: &mirrors,
-                emitters: &emitters,
+                emitters: &emitters[..casting],
                 blockers: blockers.as_ref(),
                 chains: &chains,
                 cancel,
@@ -112,8 +120,8 @@ pub fn view(
     let mut methods: Vec<Box<dyn Method + '_>> = vec![Box::new(Direct::new(
         scene,
         &paths,
-        &emitters,
-        blockers.as_ref(),
+        [&emitters[..casting], &emitters[casting..]],
+        [blockers.as_ref(), opaque.as_ref()],
         cancel,
     ))];
     for (object, problem) in &problems {

@@ -64,7 +64,8 @@ impl DeviceLattices {
         let may_chain = may_chain(scene);
         let is_needed = may_chain && settings.method == Method::Footprint;
         let casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
-        let faces = (scene.lights.iter()).map(|light| match light.kind {
+        let casting = (scene.lights.iter()).filter(|light| light.kind.casts_caustics());
+        let faces = casting.map(|light| match light.kind {
             LightKind::Sun { .. } => 1,
             LightKind::Lamp { .. } => FACES,
             LightKind::Environment { .. } => ENVIRONMENT_CELLS as u32,
@@ -110,7 +111,8 @@ impl DeviceLattices {
             return Ok(());
         }
         let mut lights = lights.to_vec();
-        if let Some(environment) = EnvironmentLight::of(scene)? {
+        let environment = EnvironmentLight::of(scene)?.filter(|light| light.casts_caustics);
+        if let Some(environment) = environment {
             if is_another {
                 let subdivision = subdivide(environment.map, &[ENVIRONMENT_CELLS]);
                 let cells = subdivision.rects[0].iter();

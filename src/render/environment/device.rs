@@ -15,6 +15,7 @@ use std::sync::Arc;
 pub struct DeviceEnvironment {
     pub image: Image,
     pub is_present: bool,
+    pub casts_caustics: bool,
     /// rad, 0 to 2π.
     pub rotation: f32,
     /// Pairs of cell and patch cluster, for footprints.
@@ -49,6 +50,7 @@ impl DeviceEnvironment {
         Ok(Self {
             image,
             is_present: light.is_some(),
+            casts_caustics: light.is_some_and(|light| light.casts_caustics),
             rotation: 0.0,
             pairs: None,
             direct_cells: DirectCells::new(context)?,
@@ -92,7 +94,8 @@ impl DeviceEnvironment {
             self.direct_cells
                 .update(staging, &light, changed.is_another)?;
         }
-        let lights_by_clusters = settings.method == Method::Footprint
+        let lights_by_clusters = light.casts_caustics
+            && settings.method == Method::Footprint
             && scene
                 .objects
                 .iter()

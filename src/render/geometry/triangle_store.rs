@@ -7,8 +7,8 @@
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
 use crate::render::gpu_types;
-use crate::render::gpu_types::constants::{IS_MESH_RECEIVER, OCCLUDES};
-use crate::scene::{Atlas, Geometry, Mesh, Scene};
+use crate::render::gpu_types::constants::{IS_MESH_RECEIVER, OCCLUDES, OCCLUDES_ENVIRONMENT};
+use crate::scene::{Atlas, Geometry, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -57,7 +57,7 @@ impl TriangleStore {
         for (index, (mesh, object)) in meshes.iter().zip(&scene.objects).enumerate() {
             let first = triangles.len();
             let atlas = atlases[index].as_ref();
-            let flags = if object.blocks_light { OCCLUDES } else { 0 };
+            let flags = occlusion(scene, object);
             let is_mesh = atlas.map_or(0, |_| IS_MESH_RECEIVER);
             for (number, corners) in mesh.triangles.iter().enumerate() {
                 triangles.push(gpu_types::Triangle {
@@ -175,6 +175,20 @@ impl TriangleStore {
         self.bvh = Bvh::new(&self.triangles);
         self.arrange();
         true
+    }
+}
+
+/// Which shadows an object casts, for [`gpu_types::Triangle`].
+fn occlusion(scene: &Scene, object: &Object) -> u32 {
+    let is_clear = matches!(
+        scene.materials[object.material].kind,
+        MaterialKind::Dielectric(_)
+    );
+    let all_cast = scene.lights.iter().all(|light| light.kind.casts_caustics());
+    match object.blocks_light {
+        true if is_clear && !all_cast => OCCLUDES,
+        true => OCCLUDES | OCCLUDES_ENVIRONMENT,
+        false => 0,
     }
 }
 

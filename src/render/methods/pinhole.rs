@@ -46,7 +46,7 @@ impl Pinhole {
 
     /// Patches per dispatch.
     pub fn batch(scene: &DeviceScene) -> u32 {
-        let taps = if scene.environment.is_present {
+        let taps = if scene.environment.casts_caustics {
             MAX_TAPS as u32
         } else {
             0
@@ -83,7 +83,7 @@ impl Pinhole {
             epsilon: self.epsilon,
             spread: self.spread,
             rotation: scene.environment.rotation,
-            has_environment: u32::from(scene.environment.is_present),
+            has_environment: u32::from(scene.environment.casts_caustics),
             can_occlude: u32::from(scene.geometry.can_occlude),
             is_mesh: u32::from(is_mesh),
         };
