@@ -8,8 +8,23 @@
 
 // Segments of a camera ray and of all rays that it splits into.
 const int MAX_SEGMENTS = 32;
-// Capacity of the stack of pending rays.
+// Maximum number of pending rays.
 const int MAX_WAITING = 6;
+
+float brightness(Ray ray) {
+    return dot(ray.weight, vec3(1.0));
+}
+
+// Adds a pending ray, in place of the one of the least weight if there are too many.
+void add(inout Ray waiting[MAX_WAITING], inout int count, Ray ray) {
+    if (count < MAX_WAITING) {
+        waiting[count++] = ray;
+        return;
+    }
+    int least = 0;
+    for (int i = 1; i < MAX_WAITING; i++) least = brightness(waiting[i]) < brightness(waiting[least]) ? i : least;
+    if (brightness(waiting[least]) < brightness(ray)) waiting[least] = ray;
+}
 
 // Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known. `spread` is the
 // angle of a sample, rad.
@@ -48,7 +63,7 @@ vec3 radiance(vec3 direction, uint first, float spread) {
                 if (is_body(object) && from.number == to.number) {
                     // One body ends within another.
                     ray = Ray(x, hit.triangle, ray.direction, ray.bounces, ray.weight, behind, widened(ray.cone, hit.distance));
-                    hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
+                    hit = next_hit(ray);
                     continue;
                 }
                 Normals corner = normals_at(hit.triangle);
@@ -68,21 +83,27 @@ vec3 radiance(vec3 direction, uint first, float spread) {
                 vec3 refracted = eta == 0.0 ? vec3(0.0) : outgoing_direction(-ray.direction, n, eta);
                 Cone bent = refracted_cone(cone, curvature, dot(n, -ray.direction), eta);
                 Ray through = Ray(x, hit.triangle, refracted, ray.bounces + 1, ray.weight * (1.0 - share) * eta * eta, behind, bent);
-                ray = reflected;
                 bool passes = refracted != vec3(0.0) && any(greaterThan(through.weight, vec3(MIN_WEIGHT)));
-                bool returns = any(greaterThan(ray.weight, vec3(MIN_WEIGHT)));
-                // The ray of larger weight continues; the other is pushed where the stack has space.
-                bool swaps = passes && (!returns || dot(through.weight, vec3(1.0)) >= dot(ray.weight, vec3(1.0)));
-                if (passes && returns && count < MAX_WAITING) waiting[count++] = swaps ? ray : through;
-                if (swaps) ray = through;
+                bool returns = any(greaterThan(reflected.weight, vec3(MIN_WEIGHT)));
+                bool through_first = passes && (!returns || brightness(through) >= brightness(reflected));
+                ray = through_first ? through : reflected;
+                if (passes && returns) add(waiting, count, through_first ? reflected : through);
                 ends = !passes && !returns;
             }
         }
+        // The pending ray of the largest weight is next, so that the rays that are left in the end matter least.
+        int next = 0;
+        for (int i = 1; i < count; i++) next = brightness(waiting[i]) > brightness(waiting[next]) ? i : next;
         if (ends) {
             if (count == 0) break;
-            ray = waiting[--count];
+            ray = waiting[next];
+            waiting[next] = waiting[--count];
+        } else if (count > 0 && brightness(waiting[next]) > brightness(ray)) {
+            Ray put_off = ray;
+            ray = waiting[next];
+            waiting[next] = put_off;
         }
-        hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
+        hit = next_hit(ray);
     }
     return sum;
 }

@@ -38,7 +38,7 @@ vec3 radiance(vec3 direction, uint first, float spread) {
             // A ray that ends here is black.
             is_lit = ray.bounces <= MAX_BOUNCES && any(greaterThan(ray.weight, vec3(MIN_WEIGHT)));
             is_specular = is_lit;
-            if (is_lit) hit = nearest(ray.origin, ray.direction, ray.self, ANY_TRIANGLE);
+            if (is_lit) hit = next_hit(ray);
         }
     }
     vec3 seen = vec3(0.0);

@@ -101,6 +101,22 @@ struct Ray {
     Cone cone;
 };
 
+// The next hit of a ray. Rays that start on the edge of a triangle would meet its neighbour there again, because of rounding: hits
+// nearer than a millionth of the scene's size do not count.
+Hit next_hit(Ray ray) {
+    vec3 scale = grid_of_nodes().scale;
+    float nearest_distance = 0.065 / min(scale.x, min(scale.y, scale.z));
+    Hit hit;
+    float passed = 0.0;
+    for (int i = 0; i < 2; i++) {
+        hit = nearest(ray.origin + passed * ray.direction, ray.direction, ray.self, ANY_TRIANGLE);
+        hit.distance += passed;
+        if (hit.distance > nearest_distance) break;
+        passed = nearest_distance;
+    }
+    return hit;
+}
+
 // The hit of a ray on the surface around a triangle that it is known to meet within a pixel.
 Hit hit_on(uint number, vec3 origin, vec3 direction) {
     if (number == NO_TRIANGLE) return Hit(FAR, NO_TRIANGLE, vec2(0.0));
