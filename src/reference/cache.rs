@@ -653,6 +653,7 @@ mod tests {
             |s, _| s.objects[1].light_map = Some([64, 64]),
             |s, _| s.objects[1].unwrapping = None,
             |s, _| s.objects[2].blocks_light ^= true,
+            |s, _| drop(s.lights.pop()),
             |_, o| o.seed += 1,
         ];
         let mut keys = vec![same];
@@ -669,6 +670,12 @@ mod tests {
         for receiver in 0..scene.objects.len() {
             assert_ne!(key(&scene, receiver, [8, 4], &options), same);
         }
+        // The sky casts no caustics, so that it matters to views only.
+        let mut without = scene.clone();
+        let sky = without.lights.pop().unwrap();
+        assert!(!sky.kind.casts_caustics());
+        let of = |scene| key(scene, 1, [8, 4], &options);
+        assert_eq!(of(&without), of(&scene));
     }
 
     #[test]
