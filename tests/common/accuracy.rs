@@ -14,6 +14,8 @@ Light maps whose exact values are known, computed by the renderer and by the ref
 
 L1 is Σ|E − E*| / ΣE*, *energy* the largest error of the flux in R, G and B, relative. Texels are
 averages over their areas. The reference has noise, of about the error that it is asked for.
+
+Camera views are compared with path tracing in [views.md](views.md).
 ";
 
 const CLOSING: &str = "
