@@ -243,7 +243,7 @@ fn another_scene_is_refused_and_the_last_one_stays() {
     };
     for (other, part) in [
         (pool(), "it had"),
-        (changed(|s| s.lights.clear()), "it had 1 lights and has 0"),
+        (changed(|s| s.lights.clear()), "it had 2 lights and has 0"),
         (
             changed(|s| s.objects[0].material = 1),
             "the kind of material of object `ring` differs",

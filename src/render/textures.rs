@@ -134,8 +134,10 @@ impl DeviceTextures {
 /// The albedo map of an object that has one and texture coordinates.
 pub fn map_of(scene: &Scene, object: &scene::Object) -> Option<scene::AlbedoMap> {
     let material = &scene.materials[object.material];
-    let has_coordinates = || object.texture_coordinates().is_some();
-    (material.albedo_map).filter(|_| !material.kind.is_specular() && has_coordinates())
+    // Without making those of a rect, since frames ask, too.
+    let has_coordinates =
+        object.uvs.is_some() || !matches!(object.geometry, scene::Geometry::Mesh(_));
+    (material.albedo_map).filter(|_| !material.kind.is_specular() && has_coordinates)
 }
 
 /// Texture coordinates in repeats of the image. Whole repeats are taken off, since f32 has few digits.
