@@ -97,6 +97,7 @@ impl DeviceLattices {
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
+    #[allow(clippy::too_many_arguments)] // one call
     pub fn update(
         &mut self,
         staging: &mut Staging,
