@@ -36,37 +36,28 @@ layout(std430, binding = 14) readonly buffer Profiles { Profile profiles[]; };
 void main() {
     uint index = thread_index();
     if (index >= waves[6]) return;
-    bool is_first = push.is_first != 0;
-    ChainLattice lattice;
     ChainPath path;
-    if (is_first) {
-        lattice = lattice_of(index);
-        path = ray_of_lattice(lattice, index);
-    } else {
-        path = path_at(index);
-    }
+    if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
     ChainHit hit = hit_at(index);
     uvec2 place = numbers[index] + block_sums[index / SPLAT_GROUP];
     place.y += waves[7];
 
     Interaction at;
-    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, lattice, is_first, at)) {
+    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
         Lobe lobes[2];
         lobes_of(path, at, lobes);
-        Transfer transfer = transfer_to(path, hit, at, lattice, is_first);
+        Transfer transfer = transfer_to(path, hit, at);
         for (int i = 0; i < 2; i++) {
             if (!lobes[i].is_followed || place.x >= push.path_capacity) continue;
-            next_paths[place.x++] = next_path(path, hit, at, transfer, lobes[i], i == 1, is_first);
+            next_paths[place.x++] = next_path(path, hit, at, transfer, lobes[i], i == 1);
         }
     }
     if (interfaces_of(path) > 1) {
-        Medium medium = filling(path.media);
         for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
             PlanarReceiver planar = planar_receiver_at(receiver);
             Landing landing;
             if (place.y >= push.splat_capacity || !land(path, hit, planar, receiver, landing)) continue;
-            vec3 flux = path.flux * exp(-landing.distance_ * medium.absorption);
-            footprints[place.y++] = footprint_of(landing, flux, planar, receiver);
+            footprints[place.y++] = footprint_of(landing, flux_after(path, landing.distance_), planar, receiver);
         }
     }
 }

@@ -39,8 +39,7 @@ bool finish(ChainPath path, ChainHit hit, inout Footprint footprint) {
         PlanarReceiver receiver = planar_receiver_at(index);
         Landing landing;
         if (!land(path, hit, receiver, index, landing)) continue;
-        vec3 flux = path.flux * exp(-landing.distance_ * filling(hit.media).absorption);
-        footprint = footprint_of(landing, flux, receiver, index);
+        footprint = footprint_of(landing, flux_after(path, landing.distance_), receiver, index);
         return true;
     }
     return false;
@@ -52,17 +51,17 @@ void main() {
     uint place = waves[7] + index;
     if (place >= push.splat_capacity) return;
     ChainPath path = path_at(index);
-    ChainLattice none;
+    // Without extent.
     Footprint footprint = Footprint(vec2(0.0), vec2(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0, vec2(0.0), vec2(0.0));
     for (;;) {
         ChainHit hit = hit_of(path);
         Interaction at;
         if (finish(path, hit, footprint)) break;
-        if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, none, false, at)) break;
+        if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) break;
         Lobe lobe;
         bool refracts;
         if (!choose_lobe(path, at, choice(index, interfaces_of(path)), lobe, refracts)) break;
-        path = next_path(path, hit, at, transfer_to(path, hit, at, none, false), lobe, refracts, false);
+        path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
     }
     footprints[place] = footprint;
 }

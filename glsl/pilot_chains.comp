@@ -31,11 +31,8 @@ bool land_on(ChainPath path, ChainHit hit, inout PilotRay ray) {
         PlanarReceiver receiver = planar_receiver_at(index);
         float distance_;
         vec2 place;
-        if (!meets_plane(path, receiver, distance_, place) || distance_ > hit.distance * 1.0001) continue;
-        vec2 low = vec2(receiver.tile_x, receiver.tile_y);
-        if (any(lessThan(place, low)) || any(greaterThan(place, low + vec2(receiver.width, receiver.height)))) continue;
-        vec3 flux = path.flux * exp(-distance_ * filling(path.media).absorption);
-        ray.flux = dot(flux, vec3(1.0 / 3.0));
+        if (!lands_on(path, hit, receiver, distance_, place)) continue;
+        ray.flux = dot(flux_after(path, distance_), vec3(1.0 / 3.0));
         ray.receiver = index;
         return true;
     }
@@ -46,18 +43,17 @@ void main() {
     uint index = thread_index();
     if (index >= push.pilot_count) return;
     PilotRay ray = PilotRay(0.0, 0, 0, 0);
-    ChainLattice lattice = lattice_of(index);
-    ChainPath path = ray_of_lattice(lattice, index);
-    for (bool is_first = true;; is_first = false) {
+    ChainPath path = ray_of_lattice(index);
+    for (;;) {
         ChainHit hit = hit_of(path);
         ray.interfaces = interfaces_of(path);
-        if (ray.interfaces > 0 && land_on(path, hit, ray)) break;
+        if (!is_first(path) && land_on(path, hit, ray)) break;
         Interaction at;
-        if (ray.interfaces >= push.max_interfaces || !interact(path, hit, lattice, is_first, at)) break;
+        if (ray.interfaces >= push.max_interfaces || !interact(path, hit, at)) break;
         Lobe lobe;
         bool refracts;
         if (!choose_lobe(path, at, choice(index, ray.interfaces), lobe, refracts)) break;
-        path = next_ray(path, hit, at, lobe, refracts, is_first);
+        path = next_ray(path, hit, at, lobe, refracts);
     }
     pilot_rays[index] = ray;
 }

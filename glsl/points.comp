@@ -76,9 +76,8 @@ bool project_to_mesh(vec3 r, uint triangle_, vec2 barycentric, vec3 flux, out Po
 
 // Splats `flux` onto the texel of a planar receiver at a place in the light-map image. Returns false outside.
 bool project_to_plane(PlanarReceiver receiver, vec2 place, vec3 flux, out PointSplat splat) {
+    if (!is_in_tile(receiver, place)) return false;
     vec2 texel = floor(place);
-    vec2 tile = vec2(receiver.tile_x, receiver.tile_y);
-    if (any(lessThan(texel, tile)) || any(greaterThanEqual(texel, tile + vec2(receiver.width, receiver.height)))) return false;
     splat = PointSplat(flux / texel_area(receiver), uint(texel.x) | uint(texel.y) << 16);
     return true;
 }
@@ -101,22 +100,19 @@ void follow(ChainPath path, uint point, uint first_slot) {
                 PlanarReceiver receiver = planar_receiver_at(index);
                 float distance_;
                 vec2 place;
-                if (!meets_plane(path, receiver, distance_, place) || distance_ > hit.distance * 1.0001) continue;
-                vec3 flux = path.flux * exp(-distance_ * filling(hit.media).absorption);
-                if (project_to_plane(receiver, place, flux, splat)) splats[first_slot + index] = splat;
+                if (!lands_on(path, hit, receiver, distance_, place)) continue;
+                if (project_to_plane(receiver, place, flux_after(path, distance_), splat)) splats[first_slot + index] = splat;
             }
-            vec3 flux = path.flux * exp(-hit.distance * filling(hit.media).absorption);
-            if (push.mesh_receiver_count > 0 && project_to_mesh(path.direction, hit.triangle, hit.barycentric, flux, splat)) {
+            if (push.mesh_receiver_count > 0 && project_to_mesh(path.direction, hit.triangle, hit.barycentric, flux_after(path, hit.distance), splat)) {
                 splats[first_slot + push.receiver_count] = splat;
             }
         }
-        ChainLattice none;
         Interaction at;
-        if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, none, false, at)) return;
+        if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) return;
         Lobe lobe;
         bool refracts;
         if (!choose_lobe(path, at, independent(point, interfaces_of(path)), lobe, refracts)) return;
-        path = next_ray(path, hit, at, lobe, refracts, false);
+        path = next_ray(path, hit, at, lobe, refracts);
     }
 }
 
@@ -163,47 +159,49 @@ void main() {
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
     vec3 share = reflected_share(object, cosine, eta);
     vec3 arriving = light.power * (disc_weight(disc, s) * cosine * push.area / float(push.points));
-    bool lit = push.can_occlude == 0;
-    for (uint target = 0; target < targets; target++) {
-        bool refracts = target >= targets_per_lobe;
-        if (refracts && eta == 0.0) return;
-        vec3 r = outgoing_direction(s, n, refracts ? eta : 0.0);
-        vec3 flux = arriving * (refracts ? 1.0 - share : share);
-        if (!(dot(geometric, r) * (refracts ? -1.0 : 1.0) > 0.0)) continue;
-        uint receiver_index = target % targets_per_lobe;
-        PointSplat splat;
-        if (receiver_index == push.receiver_count) {
-            Hit hit = nearest(x, r, self, OCCLUDES | IS_MESH_RECEIVER);
-            if (!project_to_mesh(r, hit.triangle, hit.barycentric, flux, splat)) continue;
-        } else {
-            PlanarReceiver receiver = planar_receiver_at(receiver_index);
-            float along = dot(r, receiver.normal);
-            float away = dot(receiver.origin - x, receiver.normal);
-            if (along >= 0.0 || away >= 0.0) continue;
-            vec3 hit = x + (away / along) * r;
-            if (!project_to_plane(receiver, to_texels(receiver, hit), flux, splat)) continue;
-            if (!lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
-            lit = true;
-            if (push.can_occlude != 0 && occluded(x, hit - x, SHADOW_RAY_END, self)) continue;
-        }
-        if (!lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
-        lit = true;
-        splats[local * targets + target] = splat;
-    }
-    if (push.max_interfaces == 1 || !lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
     ChainPath path;
     path.position = x;
     path.triangle = self;
     path.first_flux = 0.0;
     path.counts = 1;
+    path.caster = path.light = 0;
     uvec2 media[2];
     media_at(uvec2(0), object, front, media[0], media[1]);
-    for (uint lobe = 0; lobe < 2; lobe++) {
+    bool lit = push.can_occlude == 0;
+    for (uint lobe = 0; lobe < push.lobes; lobe++) {
         if (lobe == 1 && eta == 0.0) return;
-        path.direction = outgoing_direction(s, n, lobe == 1 ? eta : 0.0);
-        path.flux = arriving * (lobe == 1 ? 1.0 - share : share);
+        vec3 r = outgoing_direction(s, n, lobe == 1 ? eta : 0.0);
+        vec3 flux = arriving * (lobe == 1 ? 1.0 - share : share);
+        if (!(dot(geometric, r) * (lobe == 1 ? -1.0 : 1.0) > 0.0)) continue;
+        uint first_slot = local * targets + lobe * targets_per_lobe;
+        for (uint index = 0; index < targets_per_lobe; index++) {
+            bool is_mesh = index == push.receiver_count;
+            PointSplat splat;
+            vec3 hit;
+            if (!is_mesh) {
+                PlanarReceiver receiver = planar_receiver_at(index);
+                float along = dot(r, receiver.normal);
+                float away = dot(receiver.origin - x, receiver.normal);
+                if (along >= 0.0 || away >= 0.0) continue;
+                hit = x + (away / along) * r;
+                if (!project_to_plane(receiver, to_texels(receiver, hit), flux, splat)) continue;
+            }
+            if (!lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
+            lit = true;
+            if (is_mesh) {
+                Hit nearest_ = nearest(x, r, self, OCCLUDES | IS_MESH_RECEIVER);
+                if (!project_to_mesh(r, nearest_.triangle, nearest_.barycentric, flux, splat)) continue;
+            } else if (push.can_occlude != 0 && occluded(x, hit - x, SHADOW_RAY_END, self)) {
+                continue;
+            }
+            splats[first_slot + index] = splat;
+        }
+        if (push.max_interfaces == 1) continue;
+        if (!lit && occluded(x, s, distance_to_light(light, x, s), self)) return;
+        lit = true;
+        path.direction = r;
+        path.flux = flux;
         path.media = media[lobe];
-        if (!(dot(geometric, path.direction) * (lobe == 1 ? -1.0 : 1.0) > 0.0)) continue;
-        follow(path, point, local * targets + lobe * targets_per_lobe);
+        follow(path, point, first_slot);
     }
 }

@@ -29,22 +29,15 @@ layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
 
 void main() {
     uint index = thread_index();
-    bool is_first = push.is_first != 0;
     if (index >= waves[6]) return;
-    ChainLattice lattice;
     ChainPath path;
-    if (is_first) {
-        lattice = lattice_of(index);
-        path = ray_of_lattice(lattice, index);
-    } else {
-        path = path_at(index);
-    }
+    if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
     ChainHit hit = hit_of(path);
     hits[index] = hit;
 
     uvec2 number = uvec2(0);
     Interaction at;
-    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, lattice, is_first, at)) {
+    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
         Lobe lobes[2];
         lobes_of(path, at, lobes);
         number.x = uint(lobes[0].is_followed) + uint(lobes[1].is_followed);

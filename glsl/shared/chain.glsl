@@ -2,7 +2,7 @@
 //
 // The including shader declares `lattices` and `push`, and includes chain_ray.glsl.
 
-// Coarsest sub-lattice: every 4^MAX_LEVEL_OF_LATTICE-th ray.
+// Coarsest sub-lattice: every 4^MAX_LATTICE_LEVEL-th ray.
 const uint MAX_LATTICE_LEVEL = 3;
 // Squared support radius of the sharpest kernel of a curved patch, p = SHARPEST_CURVED: 2 (p + 2).
 const float CHAIN_SUPPORT = 12.0;
@@ -50,7 +50,8 @@ ChainLattice lattice_of(uint ray) {
 }
 
 // Ray number `ray` as it leaves its light.
-ChainPath ray_of_lattice(ChainLattice lattice, uint ray) {
+ChainPath ray_of_lattice(uint ray) {
+    ChainLattice lattice = lattice_of(ray);
     Light light = light_at(lattice.light);
     uvec2 place = uvec2((ray - lattice.first) % lattice.columns, (ray - lattice.first) / lattice.columns);
     vec3 at = lattice.origin + (float(place.x) + 0.5) * lattice.edge_u + (float(place.y) + 0.5) * lattice.edge_v;
@@ -58,7 +59,9 @@ ChainPath ray_of_lattice(ChainLattice lattice, uint ray) {
     ChainPath path;
     path.triangle = NO_TRIANGLE;
     path.counts = level << 16;
-    path.media = path.unused = uvec2(0);
+    path.media = uvec2(0);
+    path.caster = lattice.object;
+    path.light = lattice.light;
     float area = length(cross(lattice.edge_u, lattice.edge_v));
     Changes changes;
     changes.place[2] = changes.place[3] = changes.direction[2] = changes.direction[3] = vec3(0.0);
@@ -103,9 +106,8 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
     vec2 high = low + vec2(receiver.width, receiver.height);
     if (landing.distance_ > hit.distance * 1.0001) {
         Object nearer = object_at(triangle_at(hit.triangle).object);
-        bool is_inside = all(greaterThanEqual(landing.centre, low)) && all(lessThan(landing.centre, high));
         bool is_receiver = nearer.kind == DIFFUSE && nearer.receiver >= 0 && nearer.is_mesh == 0;
-        if (is_inside || !is_receiver || nearer.receiver == int(index)) return false;
+        if (is_in_tile(receiver, landing.centre) || !is_receiver || nearer.receiver == int(index)) return false;
     }
     Changes changes = changes_of(path);
     float t = landing.distance_;

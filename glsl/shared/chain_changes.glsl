@@ -7,7 +7,7 @@ struct Transfer {
     vec3 normal[4];  // of the normal, over the cell (0, 1) and over the light (2, 3)
 };
 
-Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at, ChainLattice lattice, bool is_first) {
+Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at) {
     Triangle triangle = triangle_at(hit.triangle);
     Normals corner = normals_at(hit.triangle);
     vec3 d = path.direction;
@@ -20,9 +20,9 @@ Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at, ChainLattice 
     float e12 = dot(triangle.edge1, triangle.edge2);
     float e22 = dot(triangle.edge2, triangle.edge2);
     float determinant = e11 * e22 - e12 * e12;
-    if (is_first) {
+    if (is_first(path)) {
         // The light varies in direction at a fixed place of the first surface. light_axes() points toward the light.
-        Light light = light_at(lattice.light);
+        Light light = light_at(path.light);
         LightDisc disc = disc_at(light, path.position + hit.distance * d);
         light_axes(light, disc, transfer.changes.direction[2], transfer.changes.direction[3]);
         transfer.changes.direction[2] = -transfer.changes.direction[2];
@@ -30,7 +30,7 @@ Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at, ChainLattice 
     }
     for (int i = 0; i < 4; i++) {
         vec3 place = transfer.changes.place[i] + hit.distance * transfer.changes.direction[i];
-        if (is_first && i >= 2) place = vec3(0.0);
+        if (is_first(path) && i >= 2) place = vec3(0.0);
         place -= d * (dot(place, at.geometric) / along);
         transfer.changes.place[i] = place;
         transfer.normal[i] = vec3(0.0);
@@ -45,12 +45,12 @@ Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at, ChainLattice 
 }
 
 // The path of the reflected or the refracted lobe.
-ChainPath next_path(ChainPath path, ChainHit hit, Interaction at, Transfer transfer, Lobe lobe, bool refracts, bool is_first) {
+ChainPath next_path(ChainPath path, ChainHit hit, Interaction at, Transfer transfer, Lobe lobe, bool refracts) {
     Changes changes = transfer.changes;
     for (int i = 0; i < 4; i++) {
         changes.direction[i] = outgoing_change(-path.direction, at.normal, -changes.direction[i], transfer.normal[i], refracts ? at.eta : 0.0);
     }
-    ChainPath next = next_ray(path, hit, at, lobe, refracts, is_first);
+    ChainPath next = next_ray(path, hit, at, lobe, refracts);
     if (lobe.is_weak) {
         next.counts += 1 << 8;
         for (int i = 0; i < 2; i++) {

@@ -8,6 +8,7 @@
 const uint MAX_WEAK = 2;
 // A lobe with a smaller share of its cell's flux is not followed.
 const float LEAST_SHARE = 0.003;
+
 float largest(vec3 rgb) {
     return max(max(rgb.x, rgb.y), rgb.z);
 }
@@ -24,6 +25,16 @@ uint lattice_level_of(ChainPath path) {
     return path.counts >> 16;
 }
 
+// Whether a path is a ray of a lattice, which has met no surface.
+bool is_first(ChainPath path) {
+    return interfaces_of(path) == 0;
+}
+
+// The flux of a path after `distance_`, m, in its medium.
+vec3 flux_after(ChainPath path, float distance_) {
+    return path.flux * exp(-distance_ * filling(path.media).absorption);
+}
+
 // A path at an interface or a mirror, on the side where it arrives.
 struct Interaction {
     Object object;
@@ -37,14 +48,14 @@ struct Interaction {
     vec3 reflectance;
 };
 
-// Returns false where the path ends: at a diffuse surface, on the back of a mirror, or, as a ray of `lattice`, at another caster
+// Returns false where the path ends: at a diffuse surface, on the back of a mirror, or, as a ray of a lattice, at another caster
 // than the lattice's.
-bool interact(ChainPath path, ChainHit hit, ChainLattice lattice, bool is_first, out Interaction at) {
+bool interact(ChainPath path, ChainHit hit, out Interaction at) {
     if (hit.triangle == NO_TRIANGLE) return false;
     Triangle triangle = triangle_at(hit.triangle);
     at.object = object_at(triangle.object);
     if (at.object.kind == DIFFUSE) return false;
-    if (is_first && lattice.object != triangle.object) return false;
+    if (is_first(path) && path.caster != triangle.object) return false;
     at.geometric = normalize(cross(triangle.edge1, triangle.edge2));
     bool front = dot(at.geometric, path.direction) < 0.0;
     if (!front && at.object.kind != DIELECTRIC) return false;
@@ -54,7 +65,7 @@ bool interact(ChainPath path, ChainHit hit, ChainLattice lattice, bool is_first,
     Medium from = filling(at.before);
     Medium to = filling(at.behind);
     at.flux = path.flux;
-    bool is_from_sun = is_first && light_at(lattice.light).is_lamp == 0;
+    bool is_from_sun = is_first(path) && light_at(path.light).is_lamp == 0;
     if (from.absorption != vec3(0.0) && !is_from_sun) at.flux *= exp(-hit.distance * from.absorption);
 
     Normals corner = normals_at(hit.triangle);
@@ -62,7 +73,7 @@ bool interact(ChainPath path, ChainHit hit, ChainLattice lattice, bool is_first,
     vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2) * at.side;
     vec3 s = -path.direction;
     bool is_valid = dot(n, s) > 0.0 && dot(at.geometric, mirrored(s, n)) > 0.0;
-    if (is_first) {
+    if (is_first(path)) {
         // An element of the surface receives light by its interpolated normal.
         if (!(dot(n, s) > 0.0)) return false;
         at.flux *= dot(n, s) / dot(at.geometric, s);
@@ -91,6 +102,15 @@ struct Lobe {
     bool is_weak;
 };
 
+vec3 direction_of(Interaction at, vec3 s, bool refracts) {
+    return refracts ? outgoing_direction(s, at.normal, at.eta) : mirrored(s, at.normal);
+}
+
+// Whether a direction leads away from the surface, on the side of its lobe.
+bool leaves(Interaction at, vec3 direction, bool refracts) {
+    return dot(at.geometric, direction) * (refracts ? -1.0 : 1.0) > 0.0;
+}
+
 // The reflected (0) and the refracted (1) lobe.
 void lobes_of(ChainPath path, Interaction at, out Lobe lobes[2]) {
     vec3 s = -path.direction;
@@ -99,12 +119,11 @@ void lobes_of(ChainPath path, Interaction at, out Lobe lobes[2]) {
     uint weak = weak_lobes_of(path);
     for (int i = 0; i < 2; i++) {
         Lobe lobe;
-        lobe.direction = i == 0 ? mirrored(s, at.normal) : outgoing_direction(s, at.normal, at.eta);
+        lobe.direction = direction_of(at, s, i == 1);
         lobe.flux = at.flux * (i == 0 ? at.reflectance : 1.0 - at.reflectance);
         bool exists = i == 0 || at.eta > 0.0 && at.reflectance.x < 1.0;
-        float ahead = dot(at.geometric, lobe.direction) * (i == 0 ? 1.0 : -1.0);
         lobe.is_weak = has_choice && (i == 0) != reflects_more;
-        lobe.is_followed = exists && ahead > 0.0;
+        lobe.is_followed = exists && leaves(at, lobe.direction, i == 1);
         float share = largest(lobe.flux) / path.first_flux;
         share *= exp2(-2.0 * float(weak));
         if (lobe.is_weak) {
@@ -121,30 +140,30 @@ float choice(uint index, uint interfaces) {
     return fract(0.5 + 0.6180340 * float(index & 0xffffu) + 0.7548777 * float(interfaces));
 }
 
-// One of the two lobes, chosen in proportion to its light. Returns false where no light worth following leaves.
-bool choose_lobe(ChainPath path, Interaction at, float choice, out Lobe lobe, out bool refracts) {
+// One of the two lobes, chosen in proportion to its light by a number from 0 to 1. Returns false where it is not followed.
+bool choose_lobe(ChainPath path, Interaction at, float number, out Lobe lobe, out bool refracts) {
     vec3 s = -path.direction;
-    refracts = at.eta > 0.0 && choice >= at.reflectance.x;
-    lobe.direction = refracts ? outgoing_direction(s, at.normal, at.eta) : mirrored(s, at.normal);
+    refracts = at.eta > 0.0 && number >= at.reflectance.x;
+    lobe.direction = direction_of(at, s, refracts);
     lobe.flux = at.eta > 0.0 ? at.flux : at.flux * at.reflectance;
     lobe.is_weak = false;
-    float ahead = dot(at.geometric, lobe.direction) * (refracts ? -1.0 : 1.0);
-    lobe.is_followed = ahead > 0.0 && largest(lobe.flux) * exp2(-2.0 * float(weak_lobes_of(path))) >= LEAST_SHARE * path.first_flux;
+    lobe.is_followed = leaves(at, lobe.direction, refracts) && largest(lobe.flux) * exp2(-2.0 * float(weak_lobes_of(path))) >= LEAST_SHARE * path.first_flux;
     return lobe.is_followed;
 }
 
 // The ray that leaves the surface, but for its changes.
-ChainPath next_ray(ChainPath path, ChainHit hit, Interaction at, Lobe lobe, bool refracts, bool is_first) {
+ChainPath next_ray(ChainPath path, ChainHit hit, Interaction at, Lobe lobe, bool refracts) {
     ChainPath next;
     next.position = path.position + hit.distance * path.direction;
     next.triangle = hit.triangle;
     next.direction = lobe.direction;
     next.first_flux = path.first_flux;
-    if (is_first) next.first_flux *= largest(at.flux) / largest(path.flux);
+    if (is_first(path)) next.first_flux *= largest(at.flux) / largest(path.flux);
     next.flux = lobe.flux;
     next.counts = path.counts + 1;
     next.media = refracts ? at.behind : at.before;
-    next.unused = uvec2(0);
+    next.caster = path.caster;
+    next.light = path.light;
     return next;
 }
 
@@ -156,4 +175,9 @@ bool meets_plane(ChainPath path, PlanarReceiver receiver, out float distance_, o
     distance_ = away / along;
     place = to_texels(receiver, path.position + distance_ * path.direction);
     return true;
+}
+
+// The same within the receiver's rectangle and before the path's hit.
+bool lands_on(ChainPath path, ChainHit hit, PlanarReceiver receiver, out float distance_, out vec2 place) {
+    return meets_plane(path, receiver, distance_, place) && distance_ <= hit.distance * 1.0001 && is_in_tile(receiver, place);
 }

@@ -372,7 +372,8 @@ struct ChainPath {
     vec4 light_place;
     vec4 light_direction;
     uvec2 media;     // see media.glsl
-    uvec2 unused;
+    uint caster;     // of the lattice
+    uint light;      // of the lattice
 };
 
 // What a chain's ray meets: an interface, a mirror or a diffuse surface. `media` are those before it.

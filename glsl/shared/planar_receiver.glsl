@@ -9,6 +9,12 @@ vec2 to_texels(PlanarReceiver receiver, vec3 position) {
     return vec2(receiver.tile_x, receiver.tile_y) + vec2(u, 1.0 - v) * size;
 }
 
+// Whether a place in the light-map image is in the receiver's tile.
+bool is_in_tile(PlanarReceiver receiver, vec2 place) {
+    vec2 low = vec2(receiver.tile_x, receiver.tile_y);
+    return all(greaterThanEqual(place, low)) && all(lessThan(place, low + vec2(receiver.width, receiver.height)));
+}
+
 // Converts texels of the light-map image to a position on the receiver's plane.
 vec3 from_texels(PlanarReceiver receiver, vec2 texel) {
     vec2 uv = (texel - vec2(receiver.tile_x, receiver.tile_y)) / vec2(receiver.width, receiver.height);

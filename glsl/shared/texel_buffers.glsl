@@ -145,7 +145,7 @@ float last_of(uvec4 texel) {
         vec4 g = uintBitsToFloat(TEXEL(paths, 8, index, 6));                               \
         uvec4 h = TEXEL(paths, 8, index, 7);                                               \
         return ChainPath(floats_of(a), a.w, floats_of(b), last_of(b), floats_of(c), c.w,   \
-            d, e, f, g, h.xy, h.zw);                                                       \
+            d, e, f, g, h.xy, h.z, h.w);                                                   \
     }
 
 #define PILOT_RAYS(slot)                                                                   \

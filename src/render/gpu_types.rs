@@ -104,7 +104,7 @@ mirrors! {
     ChainPath {
         position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
         cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,
-        media: UVec2, unused: UVec2,
+        media: UVec2, caster: u32, light: u32,
     }
     ChainHit { distance: f32, triangle: u32, barycentric: Vec2, media: UVec2, unused: UVec2, }
     PointSplat { irradiance: Vec3, texel: u32, }
