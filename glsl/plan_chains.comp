@@ -19,7 +19,7 @@ const float DIM_RECEIVER = 0.01;
 // Of a lattice without chains.
 const uint NONE = 0xffffffffu;
 
-// The light that lands on each receiver, W. Receivers beyond them share.
+// The light that lands on each receiver, W. Receivers whose numbers are SPLAT_GROUP apart count as one.
 shared float landed[SPLAT_GROUP];
 // Number of rays that land.
 shared float landings_on[SPLAT_GROUP];

@@ -99,6 +99,7 @@ pub mod output;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod srgb;
 pub mod tone_map;
 
 pub use error::{Error, Result};

@@ -4,13 +4,14 @@
 //! hue-preserving up to 0.8 less a small offset, above that compressed toward white.
 
 use crate::image_file::RgbImage;
+use crate::srgb::encode;
 use rayon::prelude::*;
 
 /// sRGB bytes of `image`, multiplied by 2^`exposure_ev`, 1 being the display's white.
 pub fn to_srgb(image: &RgbImage, exposure_ev: f64) -> Vec<u8> {
     let factor = exposure_ev.exp2() as f32;
     (image.pixels.par_iter())
-        .flat_map_iter(|pixel| neutral(pixel.map(|x| x * factor)).map(encode))
+        .flat_map_iter(|pixel| neutral(pixel.map(|x| x * factor)).map(|x| encode(x.into())))
         .collect()
 }
 
@@ -35,17 +36,6 @@ fn neutral(color: [f32; 3]) -> [f32; 3] {
     color
         .map(|c| p_n * (1.0 - g) + c * p_n / p * g)
         .map(|c| c.min(1.0))
-}
-
-/// The sRGB transfer function (IEC 61966-2-1), to a byte.
-fn encode(linear: f32) -> u8 {
-    let x = linear.clamp(0.0, 1.0);
-    let value = if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * x.powf(1.0 / 2.4) - 0.055
-    };
-    (255.0 * value).round() as u8
 }
 
 #[cfg(test)]

@@ -17,6 +17,17 @@ use std::sync::atomic::AtomicBool;
 /// Red, green over blue, white; rows from the top.
 const TEXELS: [[u8; 3]; 4] = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
 
+/// Scale, texture coordinates on the floor, and the linear colour there: at the middles of texels, and between them.
+const PLACES: [([f64; 2], [f64; 2], [f64; 3]); 7] = [
+    ([1.0, 1.0], [0.25, 0.75], [1.0, 0.0, 0.0]),
+    ([1.0, 1.0], [0.75, 0.75], [0.0, 1.0, 0.0]),
+    ([1.0, 1.0], [0.25, 0.25], [0.0, 0.0, 1.0]),
+    ([1.0, 1.0], [0.75, 0.25], [1.0, 1.0, 1.0]),
+    ([1.0, 1.0], [0.5, 0.75], [0.5, 0.5, 0.0]),
+    ([2.0, 1.0], [0.625, 0.75], [1.0, 0.0, 0.0]),
+    ([-1.0, 4.0], [0.25, 0.8125], [1.0, 1.0, 1.0]),
+];
+
 fn png(width: u32, height: u32, texels: &[[u8; 3]]) -> Vec<u8> {
     let buffer = image::RgbImage::from_raw(width, height, texels.as_flattened().to_vec()).unwrap();
     let mut content = std::io::Cursor::new(Vec::new());
@@ -250,8 +261,7 @@ fn see(scene: &Scene, size: [u32; 2], error: f64) -> View {
     view(scene, size, &options(error), &mut |_| {}, &cancel).unwrap()
 }
 
-/// Radiance of the floor at (u, v) under a sun that is a point, albedo/π E cosθ: at the middles of texels,
-/// and between them.
+/// Radiance of the floor at (u, v) under a sun that is a point, albedo/π E cosθ.
 #[test]
 fn the_view_shows_the_colours_where_they_belong() {
     let folder = folder();
@@ -262,17 +272,9 @@ fn the_view_shows_the_colours_where_they_belong() {
     }
     scene.objects.remove(0);
     let lit = 0.5 / PI * 0.6;
-    for (scale, uv, colour) in [
-        ([1.0, 1.0], [0.25, 0.75], [1.0, 0.0, 0.0]),
-        ([1.0, 1.0], [0.75, 0.75], [0.0, 1.0, 0.0]),
-        ([1.0, 1.0], [0.25, 0.25], [0.0, 0.0, 1.0]),
-        ([1.0, 1.0], [0.75, 0.25], [1.0, 1.0, 1.0]),
-        ([1.0, 1.0], [0.5, 0.75], [0.5, 0.5, 0.0]),
-        ([2.0, 1.0], [0.625, 0.75], [1.0, 0.0, 0.0]),
-        ([-1.0, 4.0], [0.25, 0.8125], [1.0, 1.0, 1.0]),
-    ] {
+    for (scale, uv, colour) in PLACES {
         scene.materials[1].albedo_map.as_mut().unwrap().uv_scale = DVec2::from(scale);
-        let [u, v]: [f64; 2] = uv;
+        let [u, v] = uv;
         scene.camera.target = DVec3::new(-1.0 + 2.0 * u, 0.0, 1.0 - 2.0 * v);
         scene.camera.position = scene.camera.target + DVec3::new(0.2, 1.0, 0.3);
         scene.camera.fov = 1e-6;
@@ -381,18 +383,10 @@ fn the_device_draws_the_colours_where_they_belong() {
     let lit = 0.5 / PI * 0.6;
     for (name, scene) in [("rect", rect), ("mesh", mesh), ("unmapped mesh", unmapped)] {
         let (mut worst, mut perturbed) = (0.0_f64, f64::INFINITY);
-        for (scale, uv, colour) in [
-            ([1.0, 1.0], [0.25, 0.75], [1.0, 0.0, 0.0]),
-            ([1.0, 1.0], [0.75, 0.75], [0.0, 1.0, 0.0]),
-            ([1.0, 1.0], [0.25, 0.25], [0.0, 0.0, 1.0]),
-            ([1.0, 1.0], [0.75, 0.25], [1.0, 1.0, 1.0]),
-            ([1.0, 1.0], [0.5, 0.75], [0.5, 0.5, 0.0]),
-            ([2.0, 1.0], [0.625, 0.75], [1.0, 0.0, 0.0]),
-            ([-1.0, 4.0], [0.25, 0.8125], [1.0, 1.0, 1.0]),
-        ] {
+        for (scale, uv, colour) in PLACES {
             let mut scene = scene.clone();
             scene.materials[1].albedo_map.as_mut().unwrap().uv_scale = DVec2::from(scale);
-            let [u, v]: [f64; 2] = uv;
+            let [u, v] = uv;
             let target = DVec3::new(-1.0 + 2.0 * u, 0.0, 1.0 - 2.0 * v);
             look_at(&mut scene, target, DVec3::new(0.2, 1.0, 0.3), 1e-3);
             let found = drawn(&device, &scene);

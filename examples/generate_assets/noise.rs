@@ -1,4 +1,4 @@
-//! Noise that repeats.
+//! Noise that repeats, and smooth steps.
 
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -46,4 +46,10 @@ pub fn turbulence(place: DVec2, period: [i64; 2], octaves: u32, seed: i64) -> f6
         })
         .sum::<f64>()
         / 1.5
+}
+
+/// 0 below `low`, 1 above `high`, a cubic between.
+pub fn smooth(low: f64, high: f64, x: f64) -> f64 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }

@@ -1,7 +1,7 @@
 //! Environments that light scenes from all sides and stand behind them: a sky without its sun, and a room.
 
 use super::equirectangular;
-use super::noise::turbulence;
+use super::noise::{smooth, turbulence};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -15,11 +15,6 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Azimuth of the image's middle, where the sun is in the sky that it lights, and the lamp in the room.
 const MIDDLE: f64 = PI;
-
-fn smooth(low: f64, high: f64, x: f64) -> f64 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
 
 /// Azimuth from the image's middle, −π to π.
 fn from_middle(azimuth: f64) -> f64 {

@@ -1,9 +1,10 @@
 //! Albedo maps that repeat without a seam: wood, tiles, marble and paper.
 
-use super::noise::{hash, noise, turbulence};
+use super::noise::{hash, noise, smooth, turbulence};
 use glam::{DVec2, DVec3};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use nephroid::srgb::encode;
 
 /// Every texture: path under `assets/`, content.
 pub fn all() -> Vec<(&'static str, Vec<u8>)> {
@@ -17,13 +18,6 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Square image of linear colours by (u, v) in [0, 1)², v upward; pixels are averages over four points.
 fn jpeg(side: u32, quality: u8, colour: impl Fn(DVec2) -> DVec3) -> Vec<u8> {
-    let encode = |linear: f64| {
-        let value = match linear.clamp(0.0, 1.0) {
-            x if x <= 0.003_130_8 => 12.92 * x,
-            x => 1.055 * x.powf(1.0 / 2.4) - 0.055,
-        };
-        (255.0 * value).round() as u8
-    };
     let pixel = |i: u32| {
         let corner = DVec2::new(f64::from(i % side), f64::from(side - 1 - i / side));
         let points = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)].map(DVec2::from);
@@ -38,11 +32,6 @@ fn jpeg(side: u32, quality: u8, colour: impl Fn(DVec2) -> DVec3) -> Vec<u8> {
         .write_image(&pixels, side, side, ExtendedColorType::Rgb8)
         .expect("memory takes any image");
     content
-}
-
-fn smooth(low: f64, high: f64, x: f64) -> f64 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// Oiled planks along u, six across v, with joints that are not in line.

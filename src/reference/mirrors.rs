@@ -189,7 +189,7 @@ pub fn triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// The same without interfaces: theirs are single points, which block nothing, so that numbers stay the same.
+/// The same with the triangles of interfaces shrunk to points, which block nothing: the other triangles keep their numbers.
 pub fn opaque_triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     let mut triangles = triangles_that_block(scene);
     let mut first = 0;

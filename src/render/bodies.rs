@@ -1,4 +1,4 @@
-//! Where objects are, and which dielectric meshes light cannot reach a receiver through at one surface alone.
+//! Bounding boxes of objects, and which of them are solid: closed dielectric meshes without a receiver inside.
 
 use crate::scene::{Geometry, MaterialKind, Object, Scene, is_closed};
 use glam::DVec3;

@@ -39,12 +39,12 @@ fn object_of(
             CONDUCTOR
         }
         MaterialKind::Dielectric(medium) => {
-            let of_light = match (medium.thin, is_solid) {
+            let shape = match (medium.thin, is_solid) {
                 (true, _) => SHEET.into(),
                 (false, true) => SOLID.into(),
                 (false, false) => 0.0,
             };
-            index = DVec3::new(medium.ior, medium.priority.into(), of_light);
+            index = DVec3::new(medium.ior, medium.priority.into(), shape);
             extinction = medium.absorption;
             DIELECTRIC
         }

@@ -154,7 +154,7 @@ pub struct Material {
 pub struct AlbedoMap {
     /// Index into [`Scene::textures`].
     pub texture: usize,
-    /// How often it repeats within a unit of the texture coordinates u and v, which it is multiplied on them.
+    /// Factor on the texture coordinates u and v: repeats of the image within a unit of each.
     pub uv_scale: DVec2,
 }
 

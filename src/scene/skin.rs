@@ -29,7 +29,7 @@ pub fn complaints(scene: &Scene) -> Vec<String> {
 /// Whether a mesh bounds a body, with its fronts outside.
 pub fn is_closed(mesh: &Mesh) -> bool {
     let skin = Skin::of(mesh);
-    skin.open == 0 && skin.twisted == 0 && skin.volume > 0.0
+    skin.is_whole() && skin.volume > 0.0
 }
 
 /// What a mesh encloses. Corners at one place are one corner.
@@ -89,8 +89,13 @@ impl Skin {
         skin
     }
 
+    /// Whether it has no opening, and one side is its front.
+    fn is_whole(&self) -> bool {
+        self.open == 0 && self.twisted == 0
+    }
+
     fn is_inside_out(&self) -> bool {
-        self.open == 0 && self.twisted == 0 && self.volume < 0.0
+        self.is_whole() && self.volume < 0.0
     }
 
     /// Light that goes into a body has to come out again, and by the right index of refraction.

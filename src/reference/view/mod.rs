@@ -11,8 +11,8 @@
 //! - on the back of a diffuse surface, a mirror or a metal: black.
 //!
 //! Direct light comes from suns, lamps and the environment in a straight line past what blocks light,
-//! transparent surfaces with `blocks_light` included; only light of an environment that casts no caustics passes straight through these. Its cosine is that of the interpolated normal;
-//! directions that the flat triangle hides do not count. The caustics are those of [`super::caustic`]: the
+//! transparent surfaces with `blocks_light` included; only light of an environment that casts no caustics
+//! passes straight through these. Its cosine is that of the interpolated normal; directions that the flat triangle hides do not count. The caustics are those of [`super::caustic`]: the
 //! light by specular surfaces, on the flat triangles of objects with a light map, and on those
 //! only, as in the renderer. Where the camera sees them directly, they are exact; where it sees them by way
 //! of a mirror or an interface, they are means over texels half as wide as the pixels that see the receiver

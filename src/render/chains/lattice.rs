@@ -73,9 +73,8 @@ impl DeviceLattices {
         let capacity = u32::from(is_needed) * faces.sum::<u32>() * casters.count() as u32;
         let bytes = u64::from(capacity.max(1)) * size_of::<ChainLattice>() as u64;
         let rays = rays_of_lattice(settings);
-        // Rows and columns are rounded up.
-        let pilot_rays = (PILOT_PART_OF_ALL * rays).max(MIN_PILOT_RAYS * f64::from(capacity));
-        let pilot_capacity = u32::from(is_needed) * (2.0 * pilot_rays) as u32;
+        // Rows and columns are rounded.
+        let pilot_capacity = 2 * capacity * pilot_rays(rays, capacity) as u32;
         let lights = scene.lights.len() + ENVIRONMENT_CELLS;
         let light_bytes = (lights * size_of::<Light>()) as u64;
         Ok(Self {
@@ -143,7 +142,7 @@ impl DeviceLattices {
             })
             .collect();
         let rays = rays_of_lattice(settings);
-        let pilot = pilot_rays(rays, windows.len());
+        let pilot = pilot_rays(rays, windows.len() as u32);
         let refinements = (0.5 * (rays / pilot).log2()).ceil() as u32;
         let mut first = 0;
         let mut lattices = Vec::new();
@@ -174,8 +173,8 @@ impl DeviceLattices {
 }
 
 /// Number of rays of each of `count` lattices before refinement, about.
-fn pilot_rays(rays: f64, count: usize) -> f64 {
-    let of_each = (PILOT_PART_OF_ALL / count.max(1) as f64).min(PILOT_PART);
+fn pilot_rays(rays: f64, count: u32) -> f64 {
+    let of_each = (PILOT_PART_OF_ALL / f64::from(count.max(1))).min(PILOT_PART);
     (of_each * rays).max(MIN_PILOT_RAYS)
 }
 
@@ -230,7 +229,7 @@ impl Window {
     /// Of about `rays` square cells.
     fn columns_and_rows(&self, rays: f64) -> (u32, u32) {
         let cell = (self.area() / rays).sqrt();
-        // A long window has more rows than cells.
+        // A window that is narrower than a cell still has one row.
         let count = |edge: DVec3| (edge.length() / cell).round().clamp(1.0, rays) as u32;
         (count(self.edge_u), count(self.edge_v))
     }

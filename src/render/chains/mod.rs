@@ -10,9 +10,8 @@ use crate::gpu::{
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::SPLAT_GROUP;
-use crate::render::gpu_types::{
-    ChainHit, ChainLattice, ChainPath, ChainPush, Footprint, NumberPush, PilotRay,
-};
+use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Footprint, PilotRay};
+use crate::render::splat::prefix_sums::BlockSums;
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
@@ -34,7 +33,7 @@ pub struct Chains {
     plan: BoundPipeline,
     /// From either wave to the other.
     trace: [BoundPipeline; 2],
-    number: [BoundPipeline; 2],
+    sums: [BlockSums; 2],
     scan: [BoundPipeline; 2],
     emit: [BoundPipeline; 2],
     finish: BoundPipeline,
@@ -117,13 +116,9 @@ impl Chains {
             ];
             scene.compute(context, &shaders::EMIT_CHAINS_COMP, &own)
         };
-        let number = |from: usize| {
-            let own = [
-                ("numbers", buffer(&numbers)),
-                ("block_sums", buffer(&block_sums)),
-                ("unit_totals", buffer(&waves[from])),
-            ];
-            scene.compute(context, &shaders::NUMBER_COMP, &own)
+        let sums = |from: usize| {
+            let (own, paths) = ([&numbers, &block_sums], Some(&waves[from]));
+            BlockSums::new(context, scene, own, paths)
         };
         let scan = |from: usize| {
             let own = [
@@ -148,7 +143,7 @@ impl Chains {
             pilot,
             plan,
             trace: [trace(0)?, trace(1)?],
-            number: [number(0)?, number(1)?],
+            sums: [sums(0)?, sums(1)?],
             scan: [scan(0)?, scan(1)?],
             emit: [emit(0)?, emit(1)?],
             finish,
@@ -215,12 +210,7 @@ impl Chains {
 
     /// Numbers the lobes and footprints of a wave within blocks.
     pub fn record_number(&self, recorder: &mut Recorder, wave: u32) {
-        let push = NumberPush {
-            count: self.path_capacity,
-            is_limited: 1,
-        };
-        let blocks = threads(self.path_capacity.div_ceil(SPLAT_GROUP));
-        recorder.dispatch(&self.number[wave as usize % 2], &push, blocks);
+        self.sums[wave as usize % 2].record(recorder, self.path_capacity);
     }
 
     /// Numbers the blocks, which gives the size of the next wave.

@@ -8,11 +8,49 @@ use crate::render::gpu_types::constants::SPLAT_GROUP;
 use crate::render::gpu_types::{NumberPush, ScanPush};
 use std::sync::Arc;
 
+/// The first step: sums within blocks.
+pub struct BlockSums {
+    number: BoundPipeline,
+    is_limited: bool,
+}
+
+impl BlockSums {
+    /// Of `numbers`; `block_sums` is written, too. If there are `units`, there are at most as many numbers as units in these totals.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &DeviceScene,
+        [numbers, block_sums]: [&Buffer; 2],
+        units: Option<&Buffer>,
+    ) -> Result<Self> {
+        let own = [
+            ("numbers", Resource::Buffer(numbers)),
+            ("block_sums", Resource::Buffer(block_sums)),
+            ("unit_totals", Resource::Buffer(units.unwrap_or(block_sums))),
+        ];
+        Ok(Self {
+            number: scene.compute(context, &shaders::NUMBER_COMP, &own)?,
+            is_limited: units.is_some(),
+        })
+    }
+
+    /// Sums within blocks of at most `count` numbers.
+    pub fn record(&self, recorder: &mut Recorder, count: u32) {
+        let push = NumberPush {
+            count,
+            is_limited: u32::from(self.is_limited),
+        };
+        let blocks = count.div_ceil(SPLAT_GROUP);
+        recorder.dispatch(&self.number, &push, threads(blocks));
+    }
+}
+
 /// Prefix sums in two steps.
 pub struct PrefixSums {
-    number: BoundPipeline,
+    in_blocks: BlockSums,
     scan: BoundPipeline,
-    is_limited: bool,
 }
 
 impl PrefixSums {
@@ -27,25 +65,20 @@ impl PrefixSums {
         [numbers, block_sums, totals]: [&Buffer; 3],
         units: Option<&Buffer>,
     ) -> Result<Self> {
-        let [numbers, sums, totals] = [numbers, block_sums, totals].map(Resource::Buffer);
-        let units_bound = ("unit_totals", units.map_or(sums, Resource::Buffer));
-        let in_blocks = [("numbers", numbers), ("block_sums", sums), units_bound];
-        let over_blocks = [("block_sums", sums), ("totals", totals), units_bound];
+        let over_blocks = [
+            ("block_sums", Resource::Buffer(block_sums)),
+            ("totals", Resource::Buffer(totals)),
+            ("unit_totals", Resource::Buffer(units.unwrap_or(block_sums))),
+        ];
         Ok(Self {
-            number: scene.compute(context, &shaders::NUMBER_COMP, &in_blocks)?,
+            in_blocks: BlockSums::new(context, scene, [numbers, block_sums], units)?,
             scan: scene.compute(context, &shaders::SCAN_COMP, &over_blocks)?,
-            is_limited: units.is_some(),
         })
     }
 
     /// Sums within blocks of at most `count` numbers.
     pub fn record_number(&self, recorder: &mut Recorder, count: u32) {
-        let push = NumberPush {
-            count,
-            is_limited: u32::from(self.is_limited),
-        };
-        let blocks = count.div_ceil(SPLAT_GROUP);
-        recorder.dispatch(&self.number, &push, threads(blocks));
+        self.in_blocks.record(recorder, count);
     }
 
     /// Sums over blocks, and the arguments of the passes that follow, in so many batches of such a size.
@@ -57,7 +90,7 @@ impl PrefixSums {
     ) {
         let push = ScanPush {
             count,
-            is_limited: u32::from(self.is_limited),
+            is_limited: u32::from(self.in_blocks.is_limited),
             batches,
             batch_size,
         };
