@@ -12,7 +12,7 @@
 //! | `[[light]]` of `kind = "environment"` | `name`, `file` (.hdr or .exr, equirectangular), `scale` (1), `rotation_degrees` (0), `caustics` (true: specular surfaces send its light on) |
 //! | `[[material]]` of `kind = "mirror"` | `name`, `reflectance` |
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
-//! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number or one of [`GLASSES`]), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
+//! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number or one of [`GLASSES`](super::GLASSES)), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
 //! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` (white where there is a map), `albedo_map` (.png or .jpg in sRGB, whose colours are factors on `albedo`), `uv_scale` (\[1, 1\]: how often the map repeats within a unit of texture coordinates) |
 //! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (of a diffuse rect or mesh), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
 //!
@@ -47,13 +47,13 @@ use super::file::{
     CameraEntry, FramesEntry, LightEntry, METRES, MaterialEntry, ObjectEntry, Section, SineEntry,
     Source, Triple, WavesEntry,
 };
-use super::glass::IOR;
+pub use super::materials::METALS;
+use super::materials::{self, Textures};
 use super::{
-    AlbedoMap, Animation, Camera, D_LINE, DEFAULT_MAX_INTERFACES, Dielectric, EnvironmentMap,
-    GLASSES, Geometry, Light, LightKind, MAX_RADIANCE, Material, MaterialKind, Object, Rect, Scene,
-    Sine, Texture, Waves,
+    AlbedoMap, Animation, Camera, DEFAULT_MAX_INTERFACES, EnvironmentMap, Geometry, Light,
+    LightKind, MAX_RADIANCE, Material, Object, Rect, Scene, Sine, Waves,
 };
-use super::{environment, keyframes, light_map_side, memory, mesh, mtl, obj, skin, texture};
+use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
 use crate::error::Result;
 use crate::input::{self, refused};
 use glam::{DVec2, DVec3};
@@ -62,7 +62,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use toml::{Spanned, Value};
+use toml::Spanned;
 
 /// Bytes of a scene file.
 const MAX_BYTES: u64 = 16 << 20;
@@ -73,28 +73,6 @@ const MAX_ALL_QUADS: i64 = 1 << 22;
 const MAX_SINES: usize = 1000;
 /// Of a sum of sines: beyond, a wave's back would be hidden by its crest at 45°.
 const MAX_SLOPE: f64 = 1.0;
-/// Complex indices of refraction by name: (name, index, extinction), each at 650, 550 and 450 nm, from
-/// refractiveindex.info (Polyanskiy 2024). That of brass was not compared with the source again.
-pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
-    (
-        "aluminium",
-        [1.3456, 0.96521, 0.61722],
-        [7.4746, 6.3995, 5.3031],
-    ),
-    ("brass", [0.444, 0.527, 1.094], [3.695, 2.765, 1.829]),
-    (
-        "copper",
-        [0.27105, 0.67693, 1.3164],
-        [3.6092, 2.6248, 2.2921],
-    ),
-    ("gold", [0.18299, 0.42108, 1.3734], [3.4242, 2.3459, 1.7704]),
-    (
-        "silver",
-        [0.15943, 0.14512, 0.13547],
-        [3.9291, 3.19, 2.3808],
-    ),
-];
-const PRIORITY: RangeInclusive<i64> = -1000..=1000;
 /// Largest [`Scene::max_interfaces`].
 const MAX_INTERFACES: u32 = 64;
 /// Meshes a second.
@@ -102,13 +80,6 @@ const FPS: RangeInclusive<f64> = 1e-3..=1e4;
 const DEFAULT_FPS: f64 = 24.0;
 /// Of lamps, m.
 const LAMP_RADIUS: RangeInclusive<f64> = 1e-6..=1e9;
-
-/// Of textures.
-const UV_SCALE: RangeInclusive<f64> = -1e6..=1e6;
-/// Largest texture coordinate of a mesh with a texture.
-const MAX_UV: f64 = 1e6;
-/// Texture coordinates of a mesh's triangles; `None` where it needs none.
-type UvsOfMesh = Option<Arc<Vec<[DVec2; 3]>>>;
 
 /// A scene that is fit to be rendered.
 #[derive(Debug)]
@@ -143,8 +114,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
         materials: Vec::new(),
         objects: Vec::new(),
         environments: HashMap::new(),
-        textures: Vec::new(),
-        texture_indices: HashMap::new(),
+        textures: Textures::default(),
         warnings: Vec::new(),
     };
     let section = Section {
@@ -179,7 +149,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
         materials: std::mem::take(&mut loader.materials),
         objects: std::mem::take(&mut loader.objects),
         max_interfaces,
-        textures: std::mem::take(&mut loader.textures),
+        textures: std::mem::take(&mut loader.textures).all,
     };
     let scene = animation.at(0.0);
     for (entry, light) in entry.light.iter().zip(&scene.lights) {
@@ -215,9 +185,7 @@ struct Loader<'a> {
     objects: Vec<MovingObject>,
     /// Read so far: keyframes of a light share its image.
     environments: HashMap<PathBuf, Arc<EnvironmentMap>>,
-    textures: Vec<Arc<Texture>>,
-    /// Into `textures`: materials share an image.
-    texture_indices: HashMap<PathBuf, usize>,
+    textures: Textures,
     warnings: Vec<String>,
 }
 
@@ -364,58 +332,8 @@ impl<'a> Loader<'a> {
 
     fn material(&mut self, entry: &MaterialEntry) -> Result<()> {
         let section = self.section("material", &entry.name)?;
-        let no_metal = |kind| {
-            section.refuse(kind, "metal", &entry.metal)?;
-            section.refuse(kind, "index", &entry.index)?;
-            section.refuse(kind, "extinction", &entry.extinction)
-        };
-        let no_medium = |kind| {
-            section.refuse(kind, "ior", &entry.ior)?;
-            section.refuse(kind, "absorption", &entry.absorption)?;
-            section.refuse(kind, "priority", &entry.priority)?;
-            section.refuse(kind, "thin", &entry.thin)
-        };
-        if let kind @ ("mirror" | "conductor" | "dielectric") = entry.kind.get_ref().as_str() {
-            section.refuse(kind, "albedo_map", &entry.albedo_map)?;
-            section.refuse(kind, "uv_scale", &entry.uv_scale)?;
-        }
         let albedo_map = self.albedo_map(&section, entry)?;
-        let kind = match entry.kind.get_ref().as_str() {
-            kind @ "mirror" => {
-                section.refuse(kind, "albedo", &entry.albedo)?;
-                no_medium(kind)?;
-                no_metal(kind)?;
-                let reflectance = section.triple("reflectance", &entry.reflectance, 0.0..=1.0)?;
-                MaterialKind::Mirror { reflectance }
-            }
-            kind @ "conductor" => {
-                section.refuse(kind, "reflectance", &entry.reflectance)?;
-                section.refuse(kind, "albedo", &entry.albedo)?;
-                no_medium(kind)?;
-                conductor(&section, entry)?
-            }
-            kind @ "dielectric" => {
-                section.refuse(kind, "reflectance", &entry.reflectance)?;
-                section.refuse(kind, "albedo", &entry.albedo)?;
-                no_metal(kind)?;
-                MaterialKind::Dielectric(dielectric(&section, entry)?)
-            }
-            kind @ "diffuse" => {
-                section.refuse(kind, "reflectance", &entry.reflectance)?;
-                no_medium(kind)?;
-                no_metal(kind)?;
-                let albedo = match albedo_map {
-                    Some(_) => section.triple_or(DVec3::ONE, "albedo", &entry.albedo, 0.0..=1.0)?,
-                    None => section.triple("albedo", &entry.albedo, 0.0..=1.0)?,
-                };
-                MaterialKind::Diffuse { albedo }
-            }
-            other => {
-                let reason = format!("there is no kind `{other}`");
-                let remedy = "use `mirror`, `conductor`, `dielectric` or `diffuse`";
-                return Err(section.error(entry.kind.span(), &reason, remedy));
-            }
-        };
+        let kind = materials::kind(&section, entry, albedo_map.is_some())?;
         self.materials.push(Material {
             name: entry.name.get_ref().clone(),
             kind,
@@ -438,67 +356,24 @@ impl<'a> Loader<'a> {
                 }
             };
         };
-        let uv_scale = match &entry.uv_scale {
-            None => DVec2::ONE,
-            Some(scale) => {
-                let values = *scale.get_ref();
-                section.check("uv_scale", &values, scale.span(), UV_SCALE)?;
-                DVec2::from(values)
-            }
-        };
+        let uv_scale = materials::uv_scale(section, entry)?;
         let path = self.resolve(section, file)?;
-        let texture = self.texture(path)?;
+        let texture = self.textures.read(path, &mut self.warnings)?;
         Ok(Some(AlbedoMap { texture, uv_scale }))
     }
 
-    /// Index of the texture in a file.
-    fn texture(&mut self, path: PathBuf) -> Result<usize> {
-        if let Some(index) = self.texture_indices.get(&path) {
-            return Ok(*index);
-        }
-        let texture = texture::read(&path, &mut self.warnings)?;
-        self.textures.push(Arc::new(texture));
-        self.texture_indices.insert(path, self.textures.len() - 1);
-        Ok(self.textures.len() - 1)
-    }
-
-    /// The texture coordinates of a mesh whose material has an albedo map.
+    /// The texture coordinates of a mesh, where its material has an albedo map.
     ///
     /// # Errors
     /// The reason why they cannot be used.
-    fn uvs_for_map(&self, material: usize, uvs: &[[DVec2; 3]]) -> Result<UvsOfMesh, String> {
-        if self.materials[material].albedo_map.is_none() {
-            return Ok(None);
-        }
-        if uvs.is_empty() {
-            return Err("the mesh has no texture coordinates (vt)".into());
-        }
-        // The largest element of a vector with a NaN is another one.
-        let finite = |uv: &DVec2| uv.is_finite() && uv.abs().max_element() <= MAX_UV;
-        match uvs.as_flattened().iter().filter(|uv| !finite(uv)).count() {
-            0 => Ok(Some(Arc::new(uvs.to_vec()))),
-            bad => Err(format!(
-                "{bad} of {} corners have no texture coordinates (vt), or some that are not numbers within ±{MAX_UV}",
-                3 * uvs.len()
-            )),
-        }
-    }
-
-    /// The map of a material of an MTL file; what cannot be used is left out with a warning.
-    fn map_of_mtl(&mut self, map: Option<mtl::Map>) -> Option<AlbedoMap> {
-        let map = map?;
-        match self.texture(map.file) {
-            Ok(texture) => Some(AlbedoMap {
-                texture,
-                uv_scale: map.uv_scale,
-            }),
-            Err(error) => {
-                let reason = error.to_string();
-                let reason = reason.lines().next().unwrap_or_default();
-                self.warnings.push(format!("{reason}; the map is left out"));
-                None
-            }
-        }
+    fn uvs_for_map(
+        &self,
+        material: usize,
+        uvs: &[[DVec2; 3]],
+    ) -> Result<Option<Arc<Vec<[DVec2; 3]>>>, String> {
+        (self.materials[material].albedo_map)
+            .map(|_| materials::uvs_for_map(uvs))
+            .transpose()
     }
 
     fn object(&mut self, entry: &ObjectEntry) -> Result<()> {
@@ -600,7 +475,8 @@ impl<'a> Loader<'a> {
                     let spanned = Spanned::new(entry.name.span(), name.clone());
                     self.section("object", &spanned)?;
                     self.section("material", &spanned)?;
-                    let albedo_map = self.map_of_mtl(map);
+                    let albedo_map =
+                        map.and_then(|map| self.textures.of_mtl(map, &mut self.warnings));
                     self.materials.push(Material {
                         name: name.clone(),
                         kind,
@@ -816,72 +692,6 @@ fn camera(section: &Section, entry: &CameraEntry) -> Result<Camera> {
 /// A number of interfaces that light may meet.
 fn interfaces(number: &i64) -> Option<u32> {
     (u32::try_from(*number).ok()).filter(|number| (1..=MAX_INTERFACES).contains(number))
-}
-
-fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {
-    let Some(metal) = &entry.metal else {
-        return Ok(MaterialKind::Conductor {
-            index: section.triple("index", &entry.index, 0.001..=100.0)?,
-            extinction: section.triple("extinction", &entry.extinction, 0.0..=100.0)?,
-        });
-    };
-    let named = METALS.iter().find(|(name, ..)| name == metal.get_ref());
-    let Some(&(_, index, extinction)) = named else {
-        let reason = format!("there is no metal `{}`", metal.get_ref());
-        let names = METALS.map(|(name, ..)| name).join(", ");
-        return Err(section.error(metal.span(), &reason, &format!("use one of {names}")));
-    };
-    for (key, value) in [("index", &entry.index), ("extinction", &entry.extinction)] {
-        if let Some(value) = value {
-            let reason = format!("the key `{key}` is given beside `metal`, which says it");
-            return Err(section.error(value.span(), &reason, "remove one of them"));
-        }
-    }
-    Ok(MaterialKind::Conductor {
-        index: index.into(),
-        extinction: extinction.into(),
-    })
-}
-
-fn dielectric(section: &Section, entry: &MaterialEntry) -> Result<Dielectric> {
-    let ior = section.required("ior", &entry.ior)?;
-    let ior = match ior.get_ref() {
-        Value::String(name) => {
-            let named = GLASSES.iter().find(|(known, _)| known == name);
-            let Some((_, sellmeier)) = named else {
-                let names = GLASSES.map(|(name, _)| name).join(", ");
-                let reason = format!("there is no medium `{name}`");
-                return Err(section.error(ior.span(), &reason, &format!("use one of {names}")));
-            };
-            sellmeier.index(D_LINE)
-        }
-        value => {
-            let number = (value.as_float()).or(value.as_integer().map(|number| number as f64));
-            let Some(number) = number else {
-                let reason = format!("ior is a {}", value.type_str());
-                let remedy = "give a number such as 1.5, or the name of a medium such as \"BK7\"";
-                return Err(section.error(ior.span(), &reason, remedy));
-            };
-            section.check("ior", &[number], ior.span(), IOR)?;
-            number
-        }
-    };
-    let thin = entry.thin.as_ref().is_some_and(|thin| *thin.get_ref());
-    if let (true, Some(absorption)) = (thin, &entry.absorption) {
-        let reason = "the key `absorption` is given beside `thin`: a sheet has no thickness";
-        return Err(section.error(absorption.span(), reason, "remove one of them"));
-    }
-    let priority = entry.priority.as_ref();
-    if let Some(priority) = priority.filter(|priority| !PRIORITY.contains(priority.get_ref())) {
-        let reason = format!("priority is {}", priority.get_ref());
-        return Err(section.error(priority.span(), &reason, "use a number from -1000 to 1000"));
-    }
-    Ok(Dielectric {
-        ior,
-        absorption: section.triple_or(DVec3::ZERO, "absorption", &entry.absorption, 0.0..=1e9)?,
-        priority: priority.map_or(0, |priority| *priority.get_ref() as i32),
-        thin,
-    })
 }
 
 fn waves(section: &Section, entry: &Spanned<WavesEntry>) -> Result<Waves> {

@@ -11,6 +11,7 @@ mod file;
 mod glass;
 mod keyframes;
 pub mod load;
+mod materials;
 pub(crate) mod memory;
 mod mesh;
 mod mtl;
