@@ -19,6 +19,7 @@ layout(std430, binding = 11) writeonly buffer NextPaths { ChainPath next_paths[]
 layout(std430, binding = 12) writeonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 13) buffer Coarse { uint coarse[]; };
 layout(std430, binding = 14) readonly buffer Profiles { Profile profiles[]; };
+layout(std430, binding = 15) readonly buffer Spectrum { vec4 weights_below[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -31,6 +32,7 @@ layout(std430, binding = 14) readonly buffer Profiles { Profile profiles[]; };
 #include "light_axes.glsl"
 #include "chain_ray.glsl"
 #include "chain.glsl"
+#include "spectrum.glsl"
 #include "chain_changes.glsl"
 
 void main() {
@@ -41,6 +43,7 @@ void main() {
     ChainHit hit = hit_at(index);
     uvec2 place = numbers[index] + block_sums[index / SPLAT_GROUP];
     place.y += waves[7];
+    uint last = min(place.y + hit.footprints, push.splat_capacity);
 
     Interaction at;
     if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
@@ -56,8 +59,16 @@ void main() {
         for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
             PlanarReceiver planar = planar_receiver_at(receiver);
             Landing landing;
-            if (place.y >= push.splat_capacity || !land(path, hit, planar, receiver, landing)) continue;
-            footprints[place.y++] = footprint_of(landing, flux_after(path, landing.distance_), planar, receiver);
+            if (place.y >= last || !land(path, hit, planar, receiver, landing)) continue;
+            uint parts = parts_of(landing);
+            for (uint part = 0; part < parts && place.y < last; part++) {
+                Landing of_part = landing;
+                vec3 flux = flux_after(path, landing.distance_);
+                choose_part(of_part, flux, part, parts);
+                footprints[place.y++] = footprint_of(of_part, flux, planar, receiver);
+            }
         }
     }
+    // Where rounding made more of them when they were counted.
+    for (; place.y < last; place.y++) footprints[place.y] = no_footprint();
 }

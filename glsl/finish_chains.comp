@@ -17,6 +17,7 @@ layout(std430, binding = 8) readonly buffer Waves { uint waves[]; };
 layout(std430, binding = 9) writeonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 10) buffer Coarse { uint coarse[]; };
 layout(std430, binding = 11) readonly buffer Profiles { Profile profiles[]; };
+layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -31,15 +32,19 @@ layout(std430, binding = 11) readonly buffer Profiles { Profile profiles[]; };
 #include "light_axes.glsl"
 #include "chain_ray.glsl"
 #include "chain.glsl"
+#include "spectrum.glsl"
 #include "chain_changes.glsl"
 
-// The first receiver that the path's light lands on.
-bool finish(ChainPath path, ChainHit hit, inout Footprint footprint) {
+// The first receiver that the path's light lands on, with light of one part of the spectrum, chosen by a number from 0 to 1.
+bool finish(ChainPath path, ChainHit hit, float number, inout Footprint footprint) {
     for (uint index = 0; index < push.receiver_count; index++) {
         PlanarReceiver receiver = planar_receiver_at(index);
         Landing landing;
         if (!land(path, hit, receiver, index, landing)) continue;
-        footprint = footprint_of(landing, flux_after(path, landing.distance_), receiver, index);
+        uint parts = parts_of(landing);
+        vec3 flux = float(parts) * flux_after(path, landing.distance_);
+        choose_part(landing, flux, min(uint(number * float(parts)), parts - 1), parts);
+        footprint = footprint_of(landing, flux, receiver, index);
         return true;
     }
     return false;
@@ -51,12 +56,11 @@ void main() {
     uint place = waves[7] + index;
     if (place >= push.splat_capacity) return;
     ChainPath path = path_at(index);
-    // Without extent.
-    Footprint footprint = Footprint(vec2(0.0), vec2(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0, vec2(0.0), vec2(0.0));
+    Footprint footprint = no_footprint();
     for (;;) {
         ChainHit hit = hit_of(path);
         Interaction at;
-        if (finish(path, hit, footprint)) break;
+        if (finish(path, hit, choice(index, interfaces_of(path)), footprint)) break;
         if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) break;
         Lobe lobe;
         bool refracts;

@@ -26,7 +26,11 @@ layout(push_constant) uniform PointsPush {
     uint can_occlude;
     uint max_interfaces; // specular surfaces on a chain, at most; 1: nothing chains
     float area;         // total area of the lit triangles, m^2
+    float spectral_middle; // coordinate of the wavelength of Object.index
 } push;
+layout(std430, binding = 10) readonly buffer Spectrum { vec4 weights_below[]; };
+// Whether a medium disperses light.
+layout(constant_id = 8) const bool DISPERSES = false;
 
 #include "trace.glsl"
 #include "light.glsl"
@@ -39,8 +43,8 @@ layout(push_constant) uniform PointsPush {
 #include "sampling.glsl"
 
 // Additive recurrence of lowest discrepancy in five dimensions (Roberts 2018): fractional parts of the multiples of
-// 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1, in units of 2^-32.
-const uint STEPS[5] = uint[](3785032107u, 3335640777u, 2939605023u, 2590590015u, 2283013049u);
+// 1/g, 1/g^2, ... 1/g^5 with g^6 = g + 1, in units of 2^-32. The last is for wavelengths: the fractional part of the root of 2.
+const uint STEPS[6] = uint[](3785032107u, 3335640777u, 2939605023u, 2590590015u, 2283013049u, 1779033703u);
 
 uint fraction(uint point, int dimension) {
     return 0x80000000u + point * STEPS[dimension];
@@ -151,6 +155,18 @@ void main() {
     Object object = object_at(triangle.object);
     bool front = dot(geometric, s) >= 0.0;
     float eta = eta_of(object, front);
+    uvec2 media[2];
+    media_at(uvec2(0), object, front, media[0], media[1]);
+    vec3 tint = vec3(1.0);
+    if (DISPERSES) {
+        // Light of one wavelength.
+        uint step_ = fraction(point, 5) >> 8;
+        float s_ = (float(step_) + 0.5) / 16777216.0;
+        spectral_offset = s_ - push.spectral_middle;
+        uint index = uint(s_ * float(SPECTRAL_STEPS));
+        tint = float(SPECTRAL_STEPS) * (weights_below[index + 1] - weights_below[index]).rgb;
+        if (is_body(object)) eta = filling(media[0]).ior / filling(media[1]).ior;
+    }
     if (eta > 0.0 && !front) {
         geometric = -geometric;
         n = -n;
@@ -158,15 +174,13 @@ void main() {
     float cosine = dot(n, s);
     if (!(cosine > 0.0 && dot(geometric, s) > 0.0)) return;
     vec3 share = reflected_share(object, cosine, eta);
-    vec3 arriving = light.power * (disc_weight(disc, s) * cosine * push.area / float(push.points));
+    vec3 arriving = tint * light.power * (disc_weight(disc, s) * cosine * push.area / float(push.points));
     ChainPath path;
     path.position = x;
     path.triangle = self;
     path.first_flux = 0.0;
     path.counts = 1;
-    path.caster = path.light = 0;
-    uvec2 media[2];
-    media_at(uvec2(0), object, front, media[0], media[1]);
+    path.start_or_spectrum = uvec2(0);
     bool lit = push.can_occlude == 0;
     for (uint lobe = 0; lobe < push.lobes; lobe++) {
         if (lobe == 1 && eta == 0.0) return;

@@ -33,7 +33,6 @@ void main() {
     ChainPath path;
     if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
     ChainHit hit = hit_of(path);
-    hits[index] = hit;
 
     uvec2 number = uvec2(0);
     Interaction at;
@@ -46,8 +45,10 @@ void main() {
     if (interfaces_of(path) > 1) {
         for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
             Landing landing;
-            if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) number.y++;
+            if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) number.y += parts_of(landing);
         }
     }
     numbers[index] = number;
+    hit.footprints = number.y;
+    hits[index] = hit;
 }

@@ -7,10 +7,20 @@ const uint MAX_LATTICE_LEVEL = 3;
 // Squared support radius of the sharpest kernel of a curved patch, p = SHARPEST_CURVED: 2 (p + 2).
 const float CHAIN_SUPPORT = 12.0;
 
-// The changes of a path in space: of its place and its direction, over the cell (0, 1) and over the light (2, 3).
+// Whether a medium disperses light.
+layout(constant_id = 8) const bool DISPERSES = false;
+
+// Columns of Changes that are in use.
+int columns() {
+    if (DISPERSES) return 5;
+    return 4;
+}
+
+// The changes of a path in space: of its place and its direction, over the cell (0, 1), over the light (2, 3) and over the
+// spectrum (4).
 struct Changes {
-    vec3 place[4];
-    vec3 direction[4];
+    vec3 place[5];
+    vec3 direction[5];
 };
 
 Changes changes_of(ChainPath path) {
@@ -25,6 +35,12 @@ Changes changes_of(ChainPath path) {
     changes.direction[1] = a * path.cell_direction.z + b * path.cell_direction.w;
     changes.direction[2] = a * path.light_direction.x + b * path.light_direction.y;
     changes.direction[3] = a * path.light_direction.z + b * path.light_direction.w;
+    if (DISPERSES) {
+        vec2 place = is_first(path) ? vec2(0.0) : unpackHalf2x16(path.start_or_spectrum.x);
+        vec2 direction = is_first(path) ? vec2(0.0) : unpackHalf2x16(path.start_or_spectrum.y);
+        changes.place[4] = a * place.x + b * place.y;
+        changes.direction[4] = a * direction.x + b * direction.y;
+    }
     return changes;
 }
 
@@ -39,6 +55,11 @@ void set_changes(inout ChainPath path, Changes changes) {
     path.light_place = across(a, b, changes.place[2], changes.place[3]);
     path.cell_direction = across(a, b, changes.direction[0], changes.direction[1]);
     path.light_direction = across(a, b, changes.direction[2], changes.direction[3]);
+    if (DISPERSES && !is_first(path)) {
+        vec3 place = changes.place[4], direction = changes.direction[4];
+        path.start_or_spectrum.x = packHalf2x16(vec2(dot(a, place), dot(b, place)));
+        path.start_or_spectrum.y = packHalf2x16(vec2(dot(a, direction), dot(b, direction)));
+    }
 }
 
 #define FIRST_RAY(i) lattices[i].first
@@ -60,8 +81,7 @@ ChainPath ray_of_lattice(uint ray) {
     path.triangle = NO_TRIANGLE;
     path.counts = level << 16;
     path.media = uvec2(0);
-    path.caster = lattice.object;
-    path.light = lattice.light;
+    path.start_or_spectrum = uvec2(lattice.object, lattice.light);
     float area = length(cross(lattice.edge_u, lattice.edge_v));
     Changes changes;
     changes.place[2] = changes.place[3] = changes.direction[2] = changes.direction[3] = vec3(0.0);
@@ -95,7 +115,22 @@ struct Landing {
     float distance_; // m
     mat2 of_cell;    // changes over the cell and roots of the light's covariance, texels
     mat2 of_light;
+    vec2 of_spectrum; // change over the spectrum, texels
 };
+
+// Maximum number of footprints of a landing, each of a part of the spectrum.
+const float MAX_PARTS = 24.0;
+
+// Parts of the spectrum, each no wider than the footprint's standard deviation along the dispersed light.
+uint parts_of(Landing landing) {
+    if (DISPERSES && landing.of_spectrum != vec2(0.0)) {
+        float length2 = dot(landing.of_spectrum, landing.of_spectrum);
+        vec2 along = landing.of_spectrum * inversesqrt(length2);
+        vec4 deviation = vec4(along * landing.of_cell, along * landing.of_light);
+        return uint(clamp(ceil(sqrt(length2 / (dot(deviation, deviation) + 1.0 / 12.0))), 1.0, MAX_PARTS));
+    }
+    return 1;
+}
 
 // Returns false where the receiver gets none of it. Light that passes the edge of the receiver that the ray meets may land on
 // another receiver behind that edge.
@@ -115,9 +150,13 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
         landing.of_cell[i] = landing_change(receiver, r, changes.place[i] + t * changes.direction[i]);
         landing.of_light[i] = landing_change(receiver, r, changes.place[i + 2] + t * changes.direction[i + 2]);
     }
+    landing.of_spectrum = DISPERSES ? landing_change(receiver, r, changes.place[4] + t * changes.direction[4]) : vec2(0.0);
+    vec2 first = -push.spectral_middle * landing.of_spectrum;
+    vec2 last = first + landing.of_spectrum;
     landing.of_cell *= sqrt(push.spread);
     vec2 variance = landing.of_cell[0] * landing.of_cell[0] + landing.of_cell[1] * landing.of_cell[1]
         + landing.of_light[0] * landing.of_light[0] + landing.of_light[1] * landing.of_light[1] + 1.0 / 12.0;
     vec2 reach = sqrt(CHAIN_SUPPORT * variance);
-    return all(lessThan(reach, vec2(1e6))) && all(greaterThan(landing.centre + reach, low)) && all(lessThan(landing.centre - reach, high));
+    return all(lessThan(max(reach, abs(landing.of_spectrum)), vec2(1e6))) && all(greaterThan(landing.centre + max(first, last) + reach, low))
+        && all(lessThan(landing.centre + min(first, last) - reach, high));
 }

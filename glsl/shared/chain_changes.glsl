@@ -1,10 +1,10 @@
-// How chains change at a surface, and the footprints of their landings. The including shader includes chain.glsl, kernel_fit.glsl,
-// level_kernel.glsl and light_axes.glsl, and declares `coarse`.
+// How chains change at a surface, and the footprints of their landings. The including shader includes chain.glsl, spectrum.glsl,
+// kernel_fit.glsl, level_kernel.glsl and light_axes.glsl, and declares `coarse`.
 
 // What changes of a path become at the surface that it meets.
 struct Transfer {
     Changes changes;
-    vec3 normal[4];  // of the normal, over the cell (0, 1) and over the light (2, 3)
+    vec3 normal[5];  // of the normal
 };
 
 Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at) {
@@ -22,13 +22,13 @@ Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at) {
     float determinant = e11 * e22 - e12 * e12;
     if (is_first(path)) {
         // The light varies in direction at a fixed place of the first surface. light_axes() points toward the light.
-        Light light = light_at(path.light);
+        Light light = light_at(light_of(path));
         LightDisc disc = disc_at(light, path.position + hit.distance * d);
         light_axes(light, disc, transfer.changes.direction[2], transfer.changes.direction[3]);
         transfer.changes.direction[2] = -transfer.changes.direction[2];
         transfer.changes.direction[3] = -transfer.changes.direction[3];
     }
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < columns(); i++) {
         vec3 place = transfer.changes.place[i] + hit.distance * transfer.changes.direction[i];
         if (is_first(path) && i >= 2) place = vec3(0.0);
         place -= d * (dot(place, at.geometric) / along);
@@ -47,9 +47,10 @@ Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at) {
 // The path of the reflected or the refracted lobe.
 ChainPath next_path(ChainPath path, ChainHit hit, Interaction at, Transfer transfer, Lobe lobe, bool refracts) {
     Changes changes = transfer.changes;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < columns(); i++) {
         changes.direction[i] = outgoing_change(-path.direction, at.normal, -changes.direction[i], transfer.normal[i], refracts ? at.eta : 0.0);
     }
+    if (DISPERSES && refracts) changes.direction[4] += at.eta_change * outgoing_change_with_eta(-path.direction, at.normal, at.eta);
     ChainPath next = next_ray(path, hit, at, lobe, refracts);
     if (lobe.is_weak) {
         next.counts += 1 << 8;
@@ -60,6 +61,31 @@ ChainPath next_path(ChainPath path, ChainHit hit, Interaction at, Transfer trans
     }
     set_changes(next, changes);
     return next;
+}
+
+// A footprint without extent.
+Footprint no_footprint() {
+    return Footprint(vec2(0.0), vec2(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0, vec2(0.0), vec2(0.0));
+}
+
+// A root of the covariance m m^T + d d^T, by Cholesky's decomposition.
+mat2 widened(mat2 m, vec2 d) {
+    float x = max(m[0].x * m[0].x + m[1].x * m[1].x + d.x * d.x, 1e-20);
+    float xy = m[0].x * m[0].y + m[1].x * m[1].y + d.x * d.y;
+    float y = m[0].y * m[0].y + m[1].y * m[1].y + d.y * d.y;
+    float root = sqrt(x);
+    return mat2(root, xy / root, 0.0, sqrt(max(y - xy * xy / x, 0.0)));
+}
+
+// Moves a landing to part number `part` of `parts` of the spectrum, and gives its light that colour. Parts that are wider than the
+// footprint, since there are too few, are blurred by their width.
+void choose_part(inout Landing landing, inout vec3 flux, uint part, uint parts) {
+    if (parts < 2) return;
+    float width = 1.0 / float(parts);
+    float first = float(part) * width;
+    flux *= weight_below(first + width) - weight_below(first);
+    landing.centre += (first + 0.5 * width - push.spectral_middle) * landing.of_spectrum;
+    if (float(parts) == MAX_PARTS) landing.of_cell = widened(landing.of_cell, inversesqrt(12.0) * width * landing.of_spectrum);
 }
 
 // The footprint of a landing with `flux`, W, on receiver number `index`.

@@ -12,7 +12,7 @@ ChainHit hit_of(ChainPath path) {
     uvec2 media = path.media;
     for (uint i = 0; i < MAX_PASSED; i++) {
         Hit hit = nearest(origin, path.direction, self, OCCLUDES | IS_MESH_RECEIVER);
-        ChainHit found = ChainHit(travelled + hit.distance, hit.triangle, hit.barycentric, media, uvec2(0));
+        ChainHit found = ChainHit(travelled + hit.distance, hit.triangle, hit.barycentric, media, 0, 0);
         if (hit.triangle == NO_TRIANGLE) return found;
         Triangle triangle = triangle_at(hit.triangle);
         Object object = object_at(triangle.object);
@@ -26,5 +26,5 @@ ChainHit hit_of(ChainPath path) {
         self = hit.triangle;
         media = behind;
     }
-    return ChainHit(FAR, NO_TRIANGLE, vec2(0.0), media, uvec2(0));
+    return ChainHit(FAR, NO_TRIANGLE, vec2(0.0), media, 0, 0);
 }

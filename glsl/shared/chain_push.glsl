@@ -8,4 +8,5 @@ layout(push_constant) uniform ChainPush {
     uint path_capacity;
     uint splat_capacity;
     float spread;        // variance of a kernel over the square of the lattice's cell
+    float spectral_middle; // coordinate of the traced wavelength
 } push;

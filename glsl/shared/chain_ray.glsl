@@ -30,6 +30,15 @@ bool is_first(ChainPath path) {
     return interfaces_of(path) == 0;
 }
 
+// The caster that a ray of a lattice is for, and its light.
+uint caster_of(ChainPath path) {
+    return path.start_or_spectrum.x;
+}
+
+uint light_of(ChainPath path) {
+    return path.start_or_spectrum.y;
+}
+
 // The flux of a path after `distance_`, m, in its medium.
 vec3 flux_after(ChainPath path, float distance_) {
     return path.flux * exp(-distance_ * filling(path.media).absorption);
@@ -42,6 +51,7 @@ struct Interaction {
     vec3 normal;        // about which light is reflected and refracted, unit
     float side;         // -1 on the back
     float eta;          // index before the surface over that behind; 0: it only reflects
+    float eta_change;   // over the spectrum
     uvec2 before;       // media
     uvec2 behind;
     vec3 flux;          // that arrives, W
@@ -55,7 +65,7 @@ bool interact(ChainPath path, ChainHit hit, out Interaction at) {
     Triangle triangle = triangle_at(hit.triangle);
     at.object = object_at(triangle.object);
     if (at.object.kind == DIFFUSE) return false;
-    if (is_first(path) && path.caster != triangle.object) return false;
+    if (is_first(path) && caster_of(path) != triangle.object) return false;
     at.geometric = normalize(cross(triangle.edge1, triangle.edge2));
     bool front = dot(at.geometric, path.direction) < 0.0;
     if (!front && at.object.kind != DIELECTRIC) return false;
@@ -65,7 +75,7 @@ bool interact(ChainPath path, ChainHit hit, out Interaction at) {
     Medium from = filling(at.before);
     Medium to = filling(at.behind);
     at.flux = path.flux;
-    bool is_from_sun = is_first(path) && light_at(path.light).is_lamp == 0;
+    bool is_from_sun = is_first(path) && light_at(light_of(path)).is_lamp == 0;
     if (from.absorption != vec3(0.0) && !is_from_sun) at.flux *= exp(-hit.distance * from.absorption);
 
     Normals corner = normals_at(hit.triangle);
@@ -84,6 +94,7 @@ bool interact(ChainPath path, ChainHit hit, out Interaction at) {
     at.normal = n;
     float cosine = dot(n, s);
     at.eta = at.object.kind != DIELECTRIC ? 0.0 : is_sheet(at.object) ? 1.0 : from.ior / to.ior;
+    at.eta_change = at.eta == 0.0 || is_sheet(at.object) ? 0.0 : (from.dispersion - at.eta * to.dispersion) / to.ior;
     if (at.object.kind == CONDUCTOR) {
         at.reflectance = fresnel_conductor(cosine, at.object.index / from.ior, at.object.extinction / from.ior);
     } else if (at.object.kind == DIELECTRIC) {
@@ -162,8 +173,7 @@ ChainPath next_ray(ChainPath path, ChainHit hit, Interaction at, Lobe lobe, bool
     next.flux = lobe.flux;
     next.counts = path.counts + 1;
     next.media = refracts ? at.behind : at.before;
-    next.caster = path.caster;
-    next.light = path.light;
+    next.start_or_spectrum = uvec2(0);
     return next;
 }
 

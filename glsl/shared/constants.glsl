@@ -16,6 +16,8 @@ const uint DIELECTRIC = 3;
 // `Object.index.z` of a dielectric that is a sheet, or a closed body without a receiver in it.
 const float SHEET = 1.0;
 const float SOLID = 2.0;
+// Steps of the table of the colours of wavelengths.
+const uint SPECTRAL_STEPS = 64;
 // `Object.receiver` of an object that is none.
 const int NO_RECEIVER = -1;
 

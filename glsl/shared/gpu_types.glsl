@@ -43,7 +43,7 @@ struct Node {
 };
 
 struct Object {
-    vec3 color;      // mirror: reflectance; diffuse surface: albedo
+    vec3 color;      // mirror: reflectance; diffuse surface: albedo; dielectric: change of the index over the spectrum, 0, 0
     uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC
     vec3 index;      // of refraction; dielectric: index behind the front face, priority, SHEET, SOLID or 0
     int receiver;    // index among the receivers of its kind, or NO_RECEIVER; dielectric: the first object with the same medium
@@ -372,8 +372,7 @@ struct ChainPath {
     vec4 light_place;
     vec4 light_direction;
     uvec2 media;     // see media.glsl
-    uint caster;     // of the lattice
-    uint light;      // of the lattice
+    uvec2 start_or_spectrum; // of a ray of a lattice, the caster and the light; else changes over the spectrum as four halfs
 };
 
 // What a chain's ray meets: an interface, a mirror or a diffuse surface. `media` are those before it.
@@ -382,7 +381,8 @@ struct ChainHit {
     uint triangle;
     vec2 barycentric;
     uvec2 media;
-    uvec2 unused;
+    uint footprints; // of what lands on the way
+    uint unused;
 };
 
 // The flux of one traced point over the area of the texel that it meets.

@@ -36,16 +36,20 @@ uvec2 enter_medium(uvec2 media, uint medium) {
     return media;
 }
 
-// What fills a place: index of refraction, and absorption in 1/m. `number` is 0 for air.
+// Place of the traced wavelength on the spectrum, beyond the middle (spectrum.glsl).
+float spectral_offset = 0.0;
+
+// What fills a place: index of refraction, its change over the spectrum, and absorption in 1/m. `number` is 0 for air.
 struct Medium {
     float ior;
+    float dispersion;
     vec3 absorption;
     uint number;
 };
 
 // Of equal priorities, the body that was entered last.
 Medium filling(uvec2 media) {
-    Medium found = Medium(1.0, vec3(0.0), 0);
+    Medium found = Medium(1.0, 0.0, vec3(0.0), 0);
     float highest = -FAR;
     for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
         uint medium = medium_in(media, slot);
@@ -53,7 +57,7 @@ Medium filling(uvec2 media) {
         Object object = object_at(medium - 1);
         if (object.index.y < highest) continue;
         highest = object.index.y;
-        found = Medium(object.index.x, object.extinction, medium);
+        found = Medium(object.index.x + spectral_offset * object.color.x, object.color.x, object.extinction, medium);
     }
     return found;
 }

@@ -66,6 +66,14 @@ vec3 outgoing_change(vec3 s, vec3 n, vec3 ds, vec3 dn, float eta) {
     return -eta * ds + (eta * change - cos_t_change) * n + (eta * cosine - cos_t) * dn;
 }
 
+// Change of outgoing_direction(s, n, eta), where light is refracted, with eta.
+vec3 outgoing_change_with_eta(vec3 s, vec3 n, float eta) {
+    float cosine = dot(n, s);
+    float sine2 = 1.0 - cosine * cosine;
+    float cos_t = sqrt(max(1.0 - eta * eta * sine2, 1e-12));
+    return (cosine + eta * sine2 / cos_t) * n - s;
+}
+
 // Refracted light that travels along q, at the angle of cosine `cosine` to the normal, came from the direction
 // normal_coefficient() n - q / eta (Snell's law in vector form). 0 for eta = 1, where there is no interface.
 float normal_coefficient(float cosine, float eta) {

@@ -145,7 +145,7 @@ float last_of(uvec4 texel) {
         vec4 g = uintBitsToFloat(TEXEL(paths, 8, index, 6));                               \
         uvec4 h = TEXEL(paths, 8, index, 7);                                               \
         return ChainPath(floats_of(a), a.w, floats_of(b), last_of(b), floats_of(c), c.w,   \
-            d, e, f, g, h.xy, h.z, h.w);                                                   \
+            d, e, f, g, h.xy, h.zw);                                                       \
     }
 
 #define PILOT_RAYS(slot)                                                                   \
@@ -160,7 +160,7 @@ float last_of(uvec4 texel) {
     ChainHit hit_at(uint index) {                                                          \
         uvec4 a = TEXEL(hits, 2, index, 0);                                                \
         uvec4 b = TEXEL(hits, 2, index, 1);                                                \
-        return ChainHit(uintBitsToFloat(a.x), a.y, uintBitsToFloat(a.zw), b.xy, b.zw);     \
+        return ChainHit(uintBitsToFloat(a.x), a.y, uintBitsToFloat(a.zw), b.xy, b.z, b.w); \
     }
 
 #define DIRECT_CELLS_OF(slot)                                                              \

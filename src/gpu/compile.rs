@@ -21,7 +21,7 @@ pub enum Topology {
 pub type Constants = [bool; CONSTANTS];
 
 /// Number of specialisation constants.
-pub const CONSTANTS: usize = 8;
+pub const CONSTANTS: usize = 9;
 
 fn specialization_entries() -> [vk::SpecializationMapEntry; CONSTANTS] {
     let size = size_of::<vk::Bool32>();

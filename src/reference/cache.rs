@@ -10,8 +10,8 @@ use super::{Map, Options, Progress, Reference, VERSION, caustic};
 use crate::error::Result;
 use crate::output::write_atomically;
 use crate::scene::{
-    AlbedoMap, Camera, Dielectric, Geometry, Light, LightKind, MaterialKind, Mesh, Object, Rect,
-    Scene, Unwrapping,
+    AlbedoMap, Camera, Dielectric, Dispersion, Geometry, Light, LightKind, MaterialKind, Mesh,
+    Object, Rect, Scene, Unwrapping,
 };
 use blake3::{Hash, Hasher};
 use glam::DVec3;
@@ -350,12 +350,24 @@ impl Feed {
                 }
                 MaterialKind::Dielectric(Dielectric {
                     ior,
+                    dispersion,
                     absorption,
                     priority,
                     thin,
                 }) => {
                     self.number(3);
                     self.values(&[*ior, (*priority).into()]);
+                    match dispersion {
+                        None => {}
+                        Some(Dispersion::Cauchy(coefficients)) => {
+                            self.number(1);
+                            self.values(coefficients);
+                        }
+                        Some(Dispersion::Sellmeier(sellmeier)) => {
+                            self.number(2);
+                            self.values(sellmeier.terms.as_flattened());
+                        }
+                    }
                     self.vectors(&[*absorption]);
                     self.number((*thin).into());
                 }

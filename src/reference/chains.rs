@@ -29,6 +29,8 @@ pub struct Ray {
     pub from: Option<u32>,
     /// RGB, W.
     pub flux: DVec3,
+    /// Factor on the flux from the first surface on that disperses light, which makes it light of one wavelength.
+    pub tint: DVec3,
     pub media: Media,
     /// Specular surfaces so far.
     pub interfaces: u32,
@@ -114,7 +116,7 @@ impl Problem<'_> {
             let front = mirror.geometric_normal.dot(ray.direction) < 0.0;
             let sides = ray.media.sides(dielectrics, mirror.object, front);
             let origin = ray.origin + distance * ray.direction;
-            let flux = ray.flux * sides.media[0].transmittance(dielectrics, distance);
+            let mut flux = ray.flux * sides.media[0].transmittance(dielectrics, distance);
             if !sides.is_interface {
                 ray = Ray {
                     origin,
@@ -127,6 +129,9 @@ impl Problem<'_> {
             }
             if is_last {
                 return;
+            }
+            if sides.disperses {
+                flux *= std::mem::replace(&mut ray.tint, DVec3::ONE);
             }
             let leaving = (mirror.surface).leaving_with_fallback(
                 sides.ior,
@@ -142,19 +147,20 @@ impl Problem<'_> {
                 direction: leaving.direction,
                 from: Some(blocker),
                 flux: flux * leaving.share / probability,
+                tint: ray.tint,
                 media: sides.media[side],
                 interfaces: ray.interfaces + 1,
             };
-            if ray.flux.max_element() <= 0.0 {
+            if ray.flux == DVec3::ZERO {
                 return;
             }
         }
     }
 
-    /// The media at a surface that is the first on the way of light from the direction `toward`.
-    pub fn first_sides(&self, mirror: &MirrorTriangle, toward: DVec3) -> Sides {
+    /// The media at a surface that is the first on the way of light of this wavelength, µm, from the direction `toward`.
+    pub fn first_sides(&self, mirror: &MirrorTriangle, toward: DVec3, wavelength: f64) -> Sides {
         let front = mirror.geometric_normal.dot(toward) > 0.0;
-        Media::default().sides(&self.chains.dielectrics, mirror.object, front)
+        Media::air(wavelength).sides(&self.chains.dielectrics, mirror.object, front)
     }
 }
 

@@ -1,7 +1,8 @@
 //! The medium that light is in: nested and overlapping dielectrics by priority, after Schmidt and Budge, *Simple nested
 //! dielectrics in ray traced images*, Journal of Graphics Tools 7(2), 2002.
 
-use crate::scene::{Dielectric, MaterialKind, Scene};
+use crate::scene::{D_LINE, Dielectric, MaterialKind, Scene};
+use crate::spectrum;
 use glam::DVec3;
 
 /// Maximum number of bodies that contain a place.
@@ -43,13 +44,25 @@ impl Dielectrics {
     fn get(&self, medium: u32) -> &Dielectric {
         &self.media[medium as usize]
     }
+
+    /// A wavelength for light, µm, and the factor on the light's colour once a medium has dispersed it; for light that nothing
+    /// disperses the d line and white. `u` is uniform in [0, 1).
+    pub fn wavelength(&self, u: impl FnOnce() -> f64) -> (f64, DVec3) {
+        let disperses = self.media.iter().any(|medium| medium.dispersion.is_some());
+        match disperses {
+            true => spectrum::draw(u()),
+            false => (D_LINE, DVec3::ONE),
+        }
+    }
 }
 
 /// The media of the bodies that contain a place, in the order in which light entered them; a medium as often as bodies of it.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct Media {
     bodies: [u32; MAX_NESTED],
     count: usize,
+    /// Of the light, in vacuum, µm.
+    wavelength: f64,
 }
 
 /// The media on both sides of a surface.
@@ -60,9 +73,20 @@ pub struct Sides {
     pub ior: [f64; 2],
     /// Whether they differ. Light passes straight through the surface of a body that another one displaces.
     pub is_interface: bool,
+    /// Whether what happens to light depends on its wavelength.
+    pub disperses: bool,
 }
 
 impl Media {
+    /// Air.
+    pub fn air(wavelength: f64) -> Self {
+        Self {
+            bodies: [0; MAX_NESTED],
+            count: 0,
+            wavelength,
+        }
+    }
+
     fn bodies(&self) -> &[u32] {
         &self.bodies[..self.count]
     }
@@ -93,7 +117,9 @@ impl Media {
     }
 
     fn ior(&self, dielectrics: &Dielectrics) -> f64 {
-        (self.filling(dielectrics)).map_or(1.0, |medium| dielectrics.get(medium).ior)
+        (self.filling(dielectrics)).map_or(1.0, |medium| {
+            dielectrics.get(medium).ior_at(self.wavelength)
+        })
     }
 
     /// Transmittance of `length`, m: exp(−σ length); 1 for an infinite length, since a sun is in no medium.
@@ -120,7 +146,9 @@ impl Media {
             },
         };
         let [from, to] = media.map(|media| media.filling(dielectrics));
+        let disperses = |medium: u32| dielectrics.get(medium).dispersion.is_some();
         Sides {
+            disperses: [from, to].into_iter().flatten().any(disperses),
             ior: media.map(|media| media.ior(dielectrics)),
             is_interface: medium.is_none() || from != to,
             media,
@@ -147,7 +175,7 @@ mod tests {
     #[test]
     fn glass_displaces_water_of_lower_priority() {
         let all = dielectrics(&[(1.5, 1), (1.33, 0)]);
-        let [air, in_glass] = Media::default().sides(&all, 0, true).media;
+        let [air, in_glass] = Media::air(D_LINE).sides(&all, 0, true).media;
         assert_eq!(air.ior(&all), 1.0);
         let water = in_glass.sides(&all, 1, true);
         assert!(!water.is_interface);
@@ -163,7 +191,7 @@ mod tests {
     #[test]
     fn the_body_entered_last_displaces_its_equals() {
         let all = dielectrics(&[(1.5, 0), (1.0, 0)]);
-        let glass = Media::default().sides(&all, 0, true).media[1];
+        let glass = Media::air(D_LINE).sides(&all, 0, true).media[1];
         let bubble = glass.sides(&all, 1, true);
         assert!(bubble.is_interface);
         assert_eq!(bubble.ior, [1.5, 1.0]);
@@ -174,7 +202,7 @@ mod tests {
     #[test]
     fn bodies_of_one_medium_are_one() {
         let all = dielectrics(&[(1.5, 0), (1.5, 0)]);
-        let first = Media::default().sides(&all, 0, true).media[1];
+        let first = Media::air(D_LINE).sides(&all, 0, true).media[1];
         let both = first.sides(&all, 1, true);
         assert!(!both.is_interface);
         let second = both.media[1].sides(&all, 0, false);
@@ -187,7 +215,7 @@ mod tests {
     #[test]
     fn light_on_the_back_was_inside() {
         let all = dielectrics(&[(1.5, 0)]);
-        let sides = Media::default().sides(&all, 0, false);
+        let sides = Media::air(D_LINE).sides(&all, 0, false);
         assert_eq!(sides.ior, [1.5, 1.0]);
         assert!(sides.is_interface);
     }

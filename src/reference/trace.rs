@@ -185,7 +185,13 @@ impl<'a> LightTracing<'a> {
         let point = triangle.point(u0, u1);
         let light = emitter.draw(point.position, u2, u3);
         let cosine = point.normal.dot(light.direction).abs();
-        let sides = problem.first_sides(triangle, light.direction);
+        let dielectrics = &problem.chains.dielectrics;
+        let (wavelength, tint) = dielectrics.wavelength(|| choices.next());
+        let sides = problem.first_sides(triangle, light.direction, wavelength);
+        let (tint_here, tint) = match sides.disperses {
+            true => (tint, DVec3::ONE),
+            false => (DVec3::ONE, tint),
+        };
         let leaving = (triangle.surface).leaving(
             sides.ior,
             light.direction,
@@ -202,7 +208,8 @@ impl<'a> LightTracing<'a> {
         }
         let arriving = triangle.area
             * cosine
-            * sides.media[0].transmittance(&problem.chains.dielectrics, light.distance);
+            * tint_here
+            * sides.media[0].transmittance(dielectrics, light.distance);
         for (leaving, media) in leaving.into_iter().zip(sides.media) {
             let Some(leaving) = leaving else {
                 continue;
@@ -212,6 +219,7 @@ impl<'a> LightTracing<'a> {
                 direction: leaving.direction,
                 from: triangle.blocker,
                 flux: arriving * leaving.share,
+                tint,
                 media,
                 interfaces: 1,
             };

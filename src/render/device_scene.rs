@@ -19,9 +19,10 @@ use crate::render::receivers::light_maps::DeviceReceivers;
 use crate::render::receivers::mesh::atlases;
 use crate::render::receivers::surfaces::DeviceSurfaces;
 use crate::render::settings::{Area, Method, Settings};
+use crate::render::spectrum::DeviceSpectrum;
 use crate::render::splat::kernel_profiles::profiles;
 use crate::render::textures::{DeviceTextures, map_of};
-use crate::scene::{Geometry, LightKind, Object, Scene};
+use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
 use std::mem::discriminant;
 use std::sync::Arc;
 
@@ -46,6 +47,7 @@ pub struct DeviceScene {
     pub lattices: DeviceLattices,
     pub bodies: Bodies,
     pub textures: DeviceTextures,
+    pub spectrum: DeviceSpectrum,
     pub staging: Staging,
     /// Patches beyond one for each pair of facet and light that buffers hold, for an error to aim for.
     pub patch_budget: u32,
@@ -93,6 +95,7 @@ impl DeviceScene {
             casters,
             facets,
             textures,
+            spectrum: DeviceSpectrum::new(context, scene)?,
             staging,
             patch_budget: FIRST_BUDGET,
             scene: scene.clone(),
@@ -148,6 +151,7 @@ impl DeviceScene {
             self.textures.update(staging, scene, store)?;
         }
         staging.write(&self.objects, 0, &objects)?;
+        self.spectrum.update(staging, scene)?;
 
         let mut lights = pack(scene, store.origin);
         let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);
@@ -225,11 +229,12 @@ impl DeviceScene {
             self.receivers.mesh_count() > 0,
             self.surfaces.points.count > 0,
             self.textures.is_present,
+            self.spectrum.coordinate.is_some(),
         ]
     }
 
     /// The scene's buffers and images, by the names that shaders have for them.
-    fn resources(&self) -> [(&'static str, Resource<'_>); 25] {
+    fn resources(&self) -> [(&'static str, Resource<'_>); 26] {
         [
             ("triangles", Resource::Buffer(&self.geometry.triangles)),
             ("normals", Resource::Buffer(&self.geometry.normals)),
@@ -273,6 +278,10 @@ impl DeviceScene {
             ),
             ("lit_triangles", Resource::Buffer(&self.casters.lit)),
             ("profiles", Resource::Buffer(&self.profiles)),
+            (
+                "weights_below",
+                Resource::Buffer(&self.spectrum.weights_below),
+            ),
             ("environment", Resource::Image(&self.environment.image)),
             (
                 "textured_triangles",
@@ -401,8 +410,15 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
     for (object, other) in a.objects.iter().zip(&b.objects) {
         let kind =
             |scene: &Scene, object: &Object| discriminant(&scene.materials[object.material].kind);
+        let disperses = |scene: &Scene, object: &Object| match scene.materials[object.material].kind
+        {
+            MaterialKind::Dielectric(medium) => medium.dispersion.is_some(),
+            _ => false,
+        };
         let what = if kind(a, object) != kind(b, other) {
             "the kind of material"
+        } else if disperses(a, object) != disperses(b, other) {
+            "the dispersion"
         } else if !same_topology(&object.geometry, &other.geometry) {
             "the topology"
         } else if object.light_map != other.light_map {

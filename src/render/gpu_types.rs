@@ -104,9 +104,9 @@ mirrors! {
     ChainPath {
         position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
         cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,
-        media: UVec2, caster: u32, light: u32,
+        media: UVec2, start_or_spectrum: UVec2,
     }
-    ChainHit { distance: f32, triangle: u32, barycentric: Vec2, media: UVec2, unused: UVec2, }
+    ChainHit { distance: f32, triangle: u32, barycentric: Vec2, media: UVec2, footprints: u32, unused: u32, }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 
@@ -124,6 +124,7 @@ mirrors! {
     ChainPush {
         is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32,
         max_interfaces: u32, ray_capacity: u32, path_capacity: u32, splat_capacity: u32, spread: f32,
+        spectral_middle: f32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
     NumberPush { count: u32, is_limited: u32, }
@@ -137,7 +138,7 @@ mirrors! {
     PointsPush {
         first_point: u32, batch_points: u32, points: u32,
         lit_triangle_count: u32, receiver_count: u32, mesh_receiver_count: u32, lobes: u32, can_occlude: u32,
-        max_interfaces: u32, area: f32,
+        max_interfaces: u32, area: f32, spectral_middle: f32,
     }
     PinholePush {
         first: UVec2, receiver: u32, first_patch: u32,

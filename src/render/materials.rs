@@ -4,6 +4,7 @@ use crate::render::gpu_types;
 use crate::render::gpu_types::constants::{
     CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER, SHEET, SOLID,
 };
+use crate::render::spectrum::index_and_change;
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 
@@ -44,7 +45,9 @@ fn object_of(
                 (false, true) => SOLID.into(),
                 (false, false) => 0.0,
             };
-            index = DVec3::new(medium.ior, medium.priority.into(), shape);
+            let [ior, change] = index_and_change(&medium);
+            color.x = change;
+            index = DVec3::new(ior, medium.priority.into(), shape);
             extinction = medium.absorption;
             DIELECTRIC
         }

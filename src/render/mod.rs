@@ -28,6 +28,7 @@ mod methods;
 mod patches;
 mod receivers;
 mod settings;
+mod spectrum;
 mod splat;
 mod stages;
 mod textures;

@@ -95,8 +95,9 @@ pub struct MaterialEntry {
     pub kind: Spanned<String>,
     pub reflectance: Option<Triple>,
     pub albedo: Option<Triple>,
-    /// A number, or the name of a medium.
+    /// A number, the name of a medium, three numbers, or coefficients.
     pub ior: Option<Spanned<Value>>,
+    pub dispersion: Option<Spanned<bool>>,
     pub absorption: Option<Triple>,
     pub priority: Option<Spanned<i64>>,
     pub thin: Option<Spanned<bool>>,

@@ -12,7 +12,7 @@
 //! | `[[light]]` of `kind = "environment"` | `name`, `file` (.hdr or .exr, equirectangular), `scale` (1), `rotation_degrees` (0), `caustics` (true: specular surfaces send its light on) |
 //! | `[[material]]` of `kind = "mirror"` | `name`, `reflectance` |
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
-//! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number or one of [`GLASSES`](super::GLASSES)), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
+//! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number, one of [`GLASSES`](super::GLASSES), three numbers for 650, 550 and 450 nm, `{ cauchy = [A, B, C] }`, or `{ sellmeier = [[b, c], …] }`, with λ in µm), `dispersion` (whether the index depends on the wavelength; true for the last three, else false), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
 //! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` (white where there is a map), `albedo_map` (.png or .jpg in sRGB, whose colours are factors on `albedo`), `uv_scale` (\[1, 1\]: how often the map repeats within a unit of texture coordinates) |
 //! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (of a diffuse rect or mesh), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
 //!

@@ -1,8 +1,11 @@
 //! Materials of scene files, and their albedo maps.
 
 use super::file::{MaterialEntry, Section};
-use super::glass::IOR;
-use super::{AlbedoMap, D_LINE, Dielectric, GLASSES, MaterialKind, Texture, mtl, texture};
+use super::glass::{IOR, SELLMEIER_TERMS};
+use super::{
+    AlbedoMap, D_LINE, Dielectric, Dispersion, GLASSES, MaterialKind, Sellmeier, Texture, mtl,
+    texture,
+};
 use crate::error::Result;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -47,6 +50,7 @@ pub fn kind(section: &Section, entry: &MaterialEntry, has_map: bool) -> Result<M
     };
     let no_medium = |kind| {
         section.refuse(kind, "ior", &entry.ior)?;
+        section.refuse(kind, "dispersion", &entry.dispersion)?;
         section.refuse(kind, "absorption", &entry.absorption)?;
         section.refuse(kind, "priority", &entry.priority)?;
         section.refuse(kind, "thin", &entry.thin)
@@ -119,32 +123,16 @@ fn conductor(section: &Section, entry: &MaterialEntry) -> Result<MaterialKind> {
 }
 
 fn dielectric(section: &Section, entry: &MaterialEntry) -> Result<Dielectric> {
-    let ior = section.required("ior", &entry.ior)?;
-    let ior = match ior.get_ref() {
-        Value::String(name) => {
-            let named = GLASSES.iter().find(|(known, _)| known == name);
-            let Some((_, sellmeier)) = named else {
-                let names = GLASSES.map(|(name, _)| name).join(", ");
-                let reason = format!("there is no medium `{name}`");
-                return Err(section.error(ior.span(), &reason, &format!("use one of {names}")));
-            };
-            sellmeier.index(D_LINE)
-        }
-        value => {
-            let number = (value.as_float()).or(value.as_integer().map(|number| number as f64));
-            let Some(number) = number else {
-                let reason = format!("ior is a {}", value.type_str());
-                let remedy = "give a number such as 1.5, or the name of a medium such as \"BK7\"";
-                return Err(section.error(ior.span(), &reason, remedy));
-            };
-            section.check("ior", &[number], ior.span(), IOR)?;
-            number
-        }
-    };
+    let (ior, dispersion) = refraction(section, entry)?;
     let thin = entry.thin.as_ref().is_some_and(|thin| *thin.get_ref());
     if let (true, Some(absorption)) = (thin, &entry.absorption) {
         let reason = "the key `absorption` is given beside `thin`: a sheet has no thickness";
         return Err(section.error(absorption.span(), reason, "remove one of them"));
+    }
+    if let (true, Some(dispersion)) = (thin, entry.dispersion.as_ref().filter(|key| *key.get_ref()))
+    {
+        let reason = "the key `dispersion` is given beside `thin`: a sheet turns no light";
+        return Err(section.error(dispersion.span(), reason, "remove one of them"));
     }
     let priority = entry.priority.as_ref();
     if let Some(priority) = priority.filter(|priority| !PRIORITY.contains(priority.get_ref())) {
@@ -153,10 +141,92 @@ fn dielectric(section: &Section, entry: &MaterialEntry) -> Result<Dielectric> {
     }
     Ok(Dielectric {
         ior,
+        dispersion: dispersion.filter(|_| !thin),
         absorption: section.triple_or(DVec3::ZERO, "absorption", &entry.absorption, 0.0..=1e9)?,
         priority: priority.map_or(0, |priority| *priority.get_ref() as i32),
         thin,
     })
+}
+
+/// The index of refraction at the d line, and how it depends on the wavelength where that is asked for.
+fn refraction(section: &Section, entry: &MaterialEntry) -> Result<(f64, Option<Dispersion>)> {
+    const FORMS: &str = "give a number such as 1.5, the name of a medium such as \"BK7\", three numbers for 650, 550 and 450 nm, \
+        { cauchy = [A, B, C] } or { sellmeier = [[b, c], ...] }";
+    let ior = section.required("ior", &entry.ior)?;
+    let asked = entry.dispersion.as_ref();
+    let number =
+        |value: &Value| (value.as_float()).or(value.as_integer().map(|number| number as f64));
+    let numbers =
+        |value: &Value| -> Option<Vec<f64>> { value.as_array()?.iter().map(number).collect() };
+    let value = ior.get_ref();
+    if let Some(number) = number(value) {
+        section.check("ior", &[number], ior.span(), IOR)?;
+        if let Some(asked) = asked.filter(|asked| *asked.get_ref()) {
+            let reason = "ior is one number, which has no dispersion";
+            return Err(section.error(asked.span(), reason, FORMS));
+        }
+        return Ok((number, None));
+    }
+    let (dispersion, is_default) = match value {
+        Value::String(name) => {
+            let named = GLASSES.iter().find(|(known, _)| known == name);
+            let Some((_, sellmeier)) = named else {
+                let names = GLASSES.map(|(name, _)| name).join(", ");
+                let reason = format!("there is no medium `{name}`");
+                return Err(section.error(ior.span(), &reason, &format!("use one of {names}")));
+            };
+            (Dispersion::Sellmeier(*sellmeier), false)
+        }
+        Value::Array(_) => match numbers(value).as_deref() {
+            Some(&[red, green, blue]) => (Dispersion::through([red, green, blue]), true),
+            _ => {
+                return Err(section.error(
+                    ior.span(),
+                    "ior is a list of other than three numbers",
+                    FORMS,
+                ));
+            }
+        },
+        Value::Table(table) => {
+            let dispersion = match table.iter().next() {
+                Some((key, value)) if key == "cauchy" && table.len() == 1 => {
+                    let coefficients = numbers(value).filter(|list| (2..=3).contains(&list.len()));
+                    coefficients.map(|list| {
+                        Dispersion::Cauchy([list[0], list[1], list.get(2).copied().unwrap_or(0.0)])
+                    })
+                }
+                Some((key, value)) if key == "sellmeier" && table.len() == 1 => {
+                    let term = |term: &Value| numbers(term)?.try_into().ok();
+                    let terms: Option<Vec<[f64; 2]>> = value
+                        .as_array()
+                        .and_then(|list| list.iter().map(term).collect());
+                    terms
+                        .filter(|terms| (1..=SELLMEIER_TERMS).contains(&terms.len()))
+                        .map(|terms| Dispersion::Sellmeier(Sellmeier::new(&terms)))
+                }
+                _ => None,
+            };
+            let Some(dispersion) = dispersion else {
+                let reason = format!(
+                    "ior is neither cauchy with 2 or 3 coefficients nor sellmeier with 1 to {SELLMEIER_TERMS} pairs"
+                );
+                return Err(section.error(ior.span(), &reason, FORMS));
+            };
+            (dispersion, true)
+        }
+        value => {
+            let reason = format!("ior is a {}", value.type_str());
+            return Err(section.error(ior.span(), &reason, FORMS));
+        }
+    };
+    let [least, largest] = dispersion.range();
+    if !(least >= 1.0 && largest <= *IOR.end()) {
+        let reason = format!("ior is {least} to {largest} for visible light");
+        let remedy = "use coefficients for wavelengths in µm, with 1 to 10 from 0.4 to 0.7 µm";
+        return Err(section.error(ior.span(), &reason, remedy));
+    }
+    let disperses = asked.map_or(is_default, |asked| *asked.get_ref());
+    Ok((dispersion.index(D_LINE), disperses.then_some(dispersion)))
 }
 
 /// Factor on texture coordinates.

@@ -22,7 +22,7 @@ mod texture;
 
 pub use animation::Animation;
 pub use atlas::{Atlas, NoLayout, Piece, Texel, Unwrapping};
-pub use glass::{D_LINE, GLASSES, Sellmeier};
+pub use glass::{D_LINE, Dispersion, GLASSES, Sellmeier};
 pub use load::{Loaded, load};
 pub(crate) use skin::is_closed;
 pub use texture::{Texture, TextureLevel};
@@ -185,8 +185,10 @@ pub enum MaterialKind {
 /// The medium behind the front face of a surface. Before it is what surrounds it: another dielectric, or air.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dielectric {
-    /// Index of refraction, relative to air.
+    /// Index of refraction, relative to air, at the [`D_LINE`].
     pub ior: f64,
+    /// How it depends on the wavelength, where the medium disperses light.
+    pub dispersion: Option<Dispersion>,
     /// σ, RGB, 1/m: of light that travels d metres, exp(−σ d) is left.
     pub absorption: DVec3,
     /// Where dielectrics overlap, the one with the highest priority fills the place, and among equal ones the one that
@@ -201,10 +203,16 @@ impl Dielectric {
     pub fn new(ior: f64) -> Self {
         Self {
             ior,
+            dispersion: None,
             absorption: DVec3::ZERO,
             priority: 0,
             thin: false,
         }
+    }
+
+    /// Index of refraction at a vacuum wavelength in µm.
+    pub fn ior_at(&self, wavelength: f64) -> f64 {
+        (self.dispersion).map_or(self.ior, |dispersion| dispersion.index(wavelength))
     }
 }
 

@@ -107,6 +107,8 @@ struct Ray {
     splits: u32,
     /// m
     length: f64,
+    /// Factor on the weight from the first surface on that disperses light, which makes it light of one wavelength.
+    tint: DVec3,
     media: Media,
 }
 
@@ -239,6 +241,7 @@ impl Paths {
         let x = ((pixel % width) as f64 + u) / f64::from(self.size[0]);
         let y = ((pixel / width) as f64 + v) / f64::from(self.size[1]);
         let direction = self.forward + (2.0 * x - 1.0) * self.right + (1.0 - 2.0 * y) * self.up;
+        let (wavelength, tint) = self.dielectrics.wavelength(|| choices.next());
         let ray = Ray {
             origin: self.eye,
             direction: direction.normalize(),
@@ -247,7 +250,8 @@ impl Paths {
             bounces: 0,
             splits: 0,
             length: 0.0,
-            media: Media::default(),
+            tint,
+            media: Media::air(wavelength),
         };
         self.follow_ray(ray, choices, ends);
     }
@@ -286,7 +290,7 @@ impl Paths {
             };
             let front = triangle.geometric.dot(ray.direction) < 0.0;
             let sides = (ray.media).sides(&self.dielectrics, triangle.object, front);
-            let weight = ray.weight * transmittance(&sides.media[0]);
+            let mut weight = ray.weight * transmittance(&sides.media[0]);
             if !sides.is_interface {
                 ray = Ray {
                     origin: position,
@@ -301,6 +305,10 @@ impl Paths {
             if ray.bounces == MAX_BOUNCES {
                 return;
             }
+            if sides.disperses {
+                weight *= std::mem::replace(&mut ray.tint, DVec3::ONE);
+            }
+            let tint = ray.tint;
             let next = |leaving: &Leaving, probability: f64, splits: u32, side: usize| Ray {
                 origin: position,
                 direction: leaving.direction,
@@ -310,6 +318,7 @@ impl Paths {
                 bounces: ray.bounces + 1,
                 splits: ray.splits + splits,
                 length: ray.length + distance,
+                tint,
                 media: sides.media[side],
             };
             let normal = triangle.shading(weights);
@@ -325,7 +334,7 @@ impl Paths {
                     None => return,
                 },
             };
-            if ray.weight.max_element() <= 0.0 {
+            if ray.weight == DVec3::ZERO {
                 return;
             }
         }

@@ -20,6 +20,9 @@ use std::sync::Arc;
 const PATHS_PER_RAY: f64 = 1.5;
 /// Maximum number of footprints over the number of rays of the lattices.
 const FOOTPRINTS_PER_RAY: f64 = 2.0;
+/// The same where light is dispersed, up to a number of footprints.
+const DISPERSED_FOOTPRINTS_PER_RAY: f64 = 12.0;
+const MAX_DISPERSED_FOOTPRINTS: u32 = 1 << 21;
 /// Variance of a kernel over the square of the lattice's cell. Less leaves gaps where the cells' images do not join.
 const SPREAD: f32 = 0.2;
 /// Number of waves, after which every path follows one lobe of a surface to its end.
@@ -54,7 +57,11 @@ impl Chains {
         let lattice_bytes = scene.lattices.capacity as usize * size_of::<ChainLattice>();
         let refined = Buffer::new(context, "refined lattices", lattice_bytes as u64)?;
         let path_capacity = (PATHS_PER_RAY * f64::from(rays)) as u32;
-        let splat_capacity = (FOOTPRINTS_PER_RAY * f64::from(rays)) as u32;
+        let mut splat_capacity = (FOOTPRINTS_PER_RAY * f64::from(rays)) as u32;
+        if scene.spectrum.coordinate.is_some() {
+            let wanted = (DISPERSED_FOOTPRINTS_PER_RAY * f64::from(rays)) as u32;
+            splat_capacity = splat_capacity.max(wanted.min(MAX_DISPERSED_FOOTPRINTS));
+        }
         let of_paths = |name, bytes: usize| {
             Buffer::new(context, name, u64::from(path_capacity) * bytes as u64)
         };
@@ -172,6 +179,7 @@ impl Chains {
             path_capacity: self.path_capacity,
             splat_capacity: self.splat_capacity,
             spread: SPREAD,
+            spectral_middle: scene.spectrum.middle(),
         }
     }
 

@@ -83,6 +83,7 @@ impl Points {
                 false => 1,
             },
             area: scene.casters.area,
+            spectral_middle: scene.spectrum.middle(),
         };
         recorder.dispatch(&self.trace, &push, [batch_points, 1, 1]);
     }
