@@ -32,14 +32,16 @@ layout(std430, binding = 15) readonly buffer Spectrum { vec4 weights_below[]; };
 #include "light_axes.glsl"
 #include "chain_ray.glsl"
 #include "chain.glsl"
-#include "spectrum.glsl"
 #include "chain_changes.glsl"
+#include "spectrum.glsl"
+#include "chain_footprint.glsl"
 
 void main() {
     uint index = thread_index();
     if (index >= waves[6]) return;
     ChainPath path;
     if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
+    trace_band(path);
     ChainHit hit = hit_at(index);
     uvec2 place = numbers[index] + block_sums[index / SPLAT_GROUP];
     place.y += waves[7];

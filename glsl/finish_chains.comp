@@ -32,8 +32,9 @@ layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
 #include "light_axes.glsl"
 #include "chain_ray.glsl"
 #include "chain.glsl"
-#include "spectrum.glsl"
 #include "chain_changes.glsl"
+#include "spectrum.glsl"
+#include "chain_footprint.glsl"
 
 // The first receiver that the path's light lands on, with light of one part of the spectrum, chosen by a number from 0 to 1.
 bool finish(ChainPath path, ChainHit hit, float number, inout Footprint footprint) {
@@ -56,6 +57,7 @@ void main() {
     uint place = waves[7] + index;
     if (place >= push.splat_capacity) return;
     ChainPath path = path_at(index);
+    trace_band(path);
     Footprint footprint = no_footprint();
     for (;;) {
         ChainHit hit = hit_of(path);

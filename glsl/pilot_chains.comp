@@ -23,7 +23,9 @@ layout(std430, binding = 7) writeonly buffer PilotRays { PilotRay pilot_rays[]; 
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"
 #include "chain_ray.glsl"
+#include "light_axes.glsl"
 #include "chain.glsl"
+#include "chain_changes.glsl"
 
 // The first receiver that the path's light lands on. Returns false where it lands on none.
 bool land_on(ChainPath path, ChainHit hit, inout PilotRay ray) {
@@ -34,6 +36,8 @@ bool land_on(ChainPath path, ChainHit hit, inout PilotRay ray) {
         if (!lands_on(path, hit, receiver, distance_, place)) continue;
         ray.flux = dot(flux_after(path, distance_), vec3(1.0 / 3.0));
         ray.receiver = index;
+        Landing landing;
+        if (DISPERSES && land(path, hit, receiver, index, landing)) ray.dispersed = length(landing.of_spectrum);
         return true;
     }
     return false;
@@ -42,7 +46,7 @@ bool land_on(ChainPath path, ChainHit hit, inout PilotRay ray) {
 void main() {
     uint index = thread_index();
     if (index >= push.pilot_count) return;
-    PilotRay ray = PilotRay(0.0, 0, 0, 0);
+    PilotRay ray = PilotRay(0.0, 0, 0, 0.0);
     ChainPath path = ray_of_lattice(index);
     for (;;) {
         ChainHit hit = hit_of(path);
@@ -53,7 +57,8 @@ void main() {
         Lobe lobe;
         bool refracts;
         if (!choose_lobe(path, at, choice(index, ray.interfaces), lobe, refracts)) break;
-        path = next_ray(path, hit, at, lobe, refracts);
+        if (DISPERSES) path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
+        else path = next_ray(path, hit, at, lobe, refracts);
     }
     pilot_rays[index] = ray;
 }

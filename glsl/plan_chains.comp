@@ -9,6 +9,8 @@ PILOT_RAYS(1)
 layout(std430, binding = 2) buffer Refined { ChainLattice refined[]; };
 layout(std430, binding = 3) buffer Waves { uint waves[]; }; // see scan_chains.comp
 #include "chain_push.glsl"
+// Whether a medium disperses light.
+layout(constant_id = 8) const bool DISPERSES = false;
 #include "dispatch_arguments.glsl"
 
 // A lattice with all its refinements, all rays of which land, has the error to aim for in its own light. The error falls with the
@@ -48,12 +50,22 @@ uint refinements_of(ChainLattice lattice, float all, float landed_rays) {
     return uint(clamp(ceil(0.5 * log2(needed / landings)), 0.0, float(lattice.refinements)));
 }
 
+// Bands of the spectrum that the rays of a lattice carry one each, so that what lands is dispersed by at most this much, in texels,
+// within a band: over a band, places are linear in the index of refraction.
+const float MAX_DISPERSED = 50.0;
+
+uint bands_of(ChainLattice lattice) {
+    float dispersed = 0.0;
+    for (uint i = 0; i < lattice.columns * lattice.rows; i++) dispersed = max(dispersed, pilot_ray_at(lattice.first + i).dispersed);
+    return uint(clamp(ceil(dispersed / MAX_DISPERSED), 1.0, float(MAX_BANDS)));
+}
+
 // Number of rays where each lattice is refined `fewer` times less.
 uint ray_count(uint fewer) {
     float count = 0.0;
     for (uint i = 0; i < push.lattice_count; i++) {
         if (refined[i].refinements == NONE) continue;
-        count += exp2(2.0 * float(max(int(refined[i].refinements) - int(fewer), 0))) * float(lattices[i].columns * lattices[i].rows);
+        count += float(refined[i].bands) * exp2(2.0 * float(max(int(refined[i].refinements) - int(fewer), 0))) * float(lattices[i].columns * lattices[i].rows);
     }
     return uint(min(count, 4e9));
 }
@@ -80,6 +92,7 @@ void main() {
     for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
         ChainLattice lattice = lattices[i];
         lattice.refinements = refinements_of(lattice, all, landed_rays);
+        lattice.bands = bands_of(lattice);
         refined[i] = lattice;
     }
     memoryBarrierBuffer();
@@ -88,20 +101,26 @@ void main() {
     uint fewer = 0;
     while (fewer < 16 && ray_count(fewer) > push.ray_capacity) fewer++;
     uint first = 0;
-    for (uint i = 0; i < push.lattice_count; i++) {
-        ChainLattice lattice = refined[i];
-        if (lattice.refinements == NONE) {
-            lattice.columns = lattice.rows = 0;
-        } else {
-            uint shift = uint(max(int(lattice.refinements) - int(fewer), 0));
-            lattice.columns <<= shift;
-            lattice.rows <<= shift;
-            lattice.edge_u *= exp2(-float(shift));
-            lattice.edge_v *= exp2(-float(shift));
+    uint bands = 1;
+    if (DISPERSES) bands = MAX_BANDS;
+    // Bands come after the first of every lattice, so that none is written before it is read.
+    for (uint band = 0; band < bands; band++) {
+        for (uint i = 0; i < push.lattice_count; i++) {
+            ChainLattice lattice = refined[i];
+            if (band == 0) {
+                uint shift = uint(max(int(lattice.refinements) - int(fewer), 0));
+                lattice.columns <<= shift;
+                lattice.rows <<= shift;
+                lattice.edge_u *= exp2(-float(shift));
+                lattice.edge_v *= exp2(-float(shift));
+                if (lattice.refinements == NONE) lattice.columns = lattice.rows = 0;
+            }
+            if (band >= lattice.bands) lattice.columns = lattice.rows = 0;
+            lattice.band = band;
+            lattice.first = first;
+            first += lattice.columns * lattice.rows;
+            refined[band * push.lattice_count + i] = lattice;
         }
-        lattice.first = first;
-        first += lattice.columns * lattice.rows;
-        refined[i] = lattice;
     }
     WRITE_DISPATCH_OF(waves, 0, first)
     waves[6] = first;

@@ -6,6 +6,10 @@
 #include "shade.glsl"
 #include "media.glsl"
 
+// Whether a medium disperses light.
+layout(constant_id = 8) const bool DISPERSES = false;
+layout(std430, binding = 19) readonly buffer Spectrum { vec4 weights_below[]; }; // see spectrum.glsl
+
 // Segments of a camera ray and of all rays that it splits into.
 const int MAX_SEGMENTS = 32;
 // Maximum number of pending rays.
@@ -26,9 +30,9 @@ void add(inout Ray waiting[MAX_WAITING], inout int count, Ray ray) {
     if (brightness(waiting[least]) < brightness(ray)) waiting[least] = ray;
 }
 
-// Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known. `spread` is the
-// angle of a sample, rad.
-vec3 radiance(vec3 direction, uint first, float spread) {
+// Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known, as light of one wavelength
+// finds its way. `spread` is the angle of a sample, rad.
+vec3 traced_radiance(vec3 direction, uint first, float spread) {
     vec3 sum = vec3(0.0);
     Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0), Cone(0.0, spread));
     Ray waiting[MAX_WAITING];
@@ -104,6 +108,20 @@ vec3 radiance(vec3 direction, uint first, float spread) {
             waiting[next] = put_off;
         }
         hit = next_hit(ray);
+    }
+    return sum;
+}
+
+// The same, where media disperse light: each channel at the mean of its wavelengths.
+vec3 radiance(vec3 direction, uint first, float spread) {
+    vec3 sum = vec3(0.0);
+    int channels = 1;
+    if (DISPERSES) channels = 3;
+    for (int channel = 0; channel < channels; channel++) {
+        if (DISPERSES) spectral_offset = weights_below[channel].w;
+        vec3 found = traced_radiance(direction, first, spread);
+        if (DISPERSES) sum[channel] = found[channel];
+        else sum = found;
     }
     return sum;
 }

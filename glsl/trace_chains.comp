@@ -32,6 +32,7 @@ void main() {
     if (index >= waves[6]) return;
     ChainPath path;
     if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
+    trace_band(path);
     ChainHit hit = hit_of(path);
 
     uvec2 number = uvec2(0);

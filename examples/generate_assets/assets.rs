@@ -33,6 +33,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("meshes/cup.mtl", CUP_MTL.into()),
         ("meshes/tumbler.obj", tumbler().into()),
         ("meshes/drink.obj", drink().into()),
+        ("meshes/prism.obj", prism().into()),
         ("environments/constant.hdr", constant_environment()),
         ("environments/studio.hdr", studio()),
         ("environments/sunny.hdr", sunny()),
@@ -96,6 +97,26 @@ fn drink() -> String {
 
 /// Quads around the y axis, for [`wall`] and [`annulus`].
 const AROUND: usize = 192;
+
+/// Upright prism around the y axis on an equilateral triangle, one edge toward +z.
+fn prism() -> String {
+    const SIDE: f64 = 0.06;
+    const HEIGHT: f64 = 0.16;
+    let mut obj = Obj::new("upright prism: equilateral triangle of side 0.06 m, height 0.16 m");
+    let corner = |i: usize| SIDE / 3.0f64.sqrt() * around(FRAC_PI_2 - TAU * (i % 3) as f64 / 3.0);
+    for side in 0..3 {
+        let out = (corner(side) + corner(side + 1)).normalize();
+        obj.grid([1, 1], |i, j| {
+            (corner(side + i) + [GAP, HEIGHT][j] * DVec3::Y, out)
+        });
+    }
+    for (height, order) in [(GAP, [0, 2, 1]), (HEIGHT, [0, 1, 2])] {
+        let normal = if height == GAP { -DVec3::Y } else { DVec3::Y };
+        let face = order.map(|i| obj.corner(corner(i) + height * DVec3::Y, normal));
+        obj.face(&face);
+    }
+    obj.text
+}
 
 /// Wall of an upright cylinder around the y axis; the front faces outward, or inward where `side` is −1.
 fn wall(obj: &mut Obj, radius: f64, [low, high]: [f64; 2], side: f64) {

@@ -79,7 +79,7 @@ ChainPath ray_of_lattice(uint ray) {
     uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
     ChainPath path;
     path.triangle = NO_TRIANGLE;
-    path.counts = level << 16;
+    path.counts = level << 16 | lattice.band << 24 | lattice.bands << 28;
     path.media = uvec2(0);
     path.start_or_spectrum = uvec2(lattice.object, lattice.light);
     float area = length(cross(lattice.edge_u, lattice.edge_v));
@@ -109,25 +109,41 @@ ChainPath ray_of_lattice(uint ray) {
     return path;
 }
 
+// The coordinates of the band of the spectrum that a path carries: its first, its extent, and that of the traced light.
+vec3 band_of(ChainPath path) {
+    uint bands = path.counts >> 28;
+    if (bands < 2) return vec3(0.0, 1.0, push.spectral_middle);
+    float extent = 1.0 / float(bands);
+    float first = float(path.counts >> 24 & 0xfu) * extent;
+    return vec3(first, extent, first + 0.5 * extent);
+}
+
+// Sets the traced light to that of a path.
+void trace_band(ChainPath path) {
+    if (DISPERSES) spectral_offset = band_of(path).z - push.spectral_middle;
+}
+
 // The part of a path's light on the plane of a receiver.
 struct Landing {
     vec2 centre;     // texels of the light-map image
     float distance_; // m
     mat2 of_cell;    // changes over the cell and roots of the light's covariance, texels
     mat2 of_light;
+    vec3 band;        // see band_of()
     vec2 of_spectrum; // change over the spectrum, texels
 };
 
-// Maximum number of footprints of a landing, each of a part of the spectrum.
+// Maximum number of footprints of a landing, each of a part of its band.
 const float MAX_PARTS = 24.0;
 
-// Parts of the spectrum, each no wider than the footprint's standard deviation along the dispersed light.
+// Parts of the band, each no wider than the footprint's standard deviation along the dispersed light.
 uint parts_of(Landing landing) {
     if (DISPERSES && landing.of_spectrum != vec2(0.0)) {
         float length2 = dot(landing.of_spectrum, landing.of_spectrum);
+        float extent = landing.band.y;
         vec2 along = landing.of_spectrum * inversesqrt(length2);
         vec4 deviation = vec4(along * landing.of_cell, along * landing.of_light);
-        return uint(clamp(ceil(sqrt(length2 / (dot(deviation, deviation) + 1.0 / 12.0))), 1.0, MAX_PARTS));
+        return uint(clamp(ceil(extent * sqrt(length2 / (dot(deviation, deviation) + 1.0 / 12.0))), 1.0, MAX_PARTS));
     }
     return 1;
 }
@@ -151,8 +167,9 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
         landing.of_light[i] = landing_change(receiver, r, changes.place[i + 2] + t * changes.direction[i + 2]);
     }
     landing.of_spectrum = DISPERSES ? landing_change(receiver, r, changes.place[4] + t * changes.direction[4]) : vec2(0.0);
-    vec2 first = -push.spectral_middle * landing.of_spectrum;
-    vec2 last = first + landing.of_spectrum;
+    landing.band = band_of(path);
+    vec2 first = (landing.band.x - landing.band.z) * landing.of_spectrum;
+    vec2 last = first + landing.band.y * landing.of_spectrum;
     landing.of_cell *= sqrt(push.spread);
     vec2 variance = landing.of_cell[0] * landing.of_cell[0] + landing.of_cell[1] * landing.of_cell[1]
         + landing.of_light[0] * landing.of_light[0] + landing.of_light[1] * landing.of_light[1] + 1.0 / 12.0;

@@ -22,7 +22,7 @@ uint weak_lobes_of(ChainPath path) {
 }
 
 uint lattice_level_of(ChainPath path) {
-    return path.counts >> 16;
+    return path.counts >> 16 & 0xffu;
 }
 
 // Whether a path is a ray of a lattice, which has met no surface.

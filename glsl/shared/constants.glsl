@@ -18,6 +18,8 @@ const float SHEET = 1.0;
 const float SOLID = 2.0;
 // Steps of the table of the colours of wavelengths.
 const uint SPECTRAL_STEPS = 64;
+// Maximum number of bands of the spectrum that rays of chains carry one each.
+const uint MAX_BANDS = 4;
 // `Object.receiver` of an object that is none.
 const int NO_RECEIVER = -1;
 

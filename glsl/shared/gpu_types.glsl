@@ -346,8 +346,8 @@ struct ChainLattice {
     uint light;
     uint rows;
     uint refinements; // how often the lattice may be refined to half its spacing, at most
-    uint unused0;
-    uint unused1;
+    uint band;       // of the spectrum
+    uint bands;      // number of bands; 0: all in one
 };
 
 // Where a ray of a lattice before refinement lands.
@@ -355,7 +355,7 @@ struct PilotRay {
     float flux;      // W; 0: nowhere
     uint receiver;
     uint interfaces; // surfaces that it met
-    uint unused;
+    float dispersed; // extent of the spectrum where it lands, texels
 };
 
 // The state of a chain: the ray that leaves a surface, and how it changes over a cell of the lattice and over the light.
@@ -366,7 +366,7 @@ struct ChainPath {
     vec3 direction;  // unit
     float first_flux; // largest channel of the cell's flux, W
     vec3 flux;       // W
-    uint counts;     // interfaces | weak lobes << 8 | level of the lattice << 16
+    uint counts;     // interfaces | weak lobes << 8 | level of the lattice << 16 | band << 24 | number of bands << 28
     vec4 cell_place;
     vec4 cell_direction;
     vec4 light_place;

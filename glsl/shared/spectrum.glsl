@@ -1,6 +1,7 @@
 // Light of many wavelengths. A coordinate s of wavelengths runs from 0 at the longest to 1 at the shortest, so that the index of
 // refraction of a medium is linear in it (src/render/spectrum.rs). The including shader declares `weights_below`, the integrals of
-// the colours from 0 to s = i/SPECTRAL_STEPS.
+// the colours from 0 to s = i/SPECTRAL_STEPS. The fourth element of the first three is the mean of s of a colour channel, beyond the
+// coordinate of undispersed light.
 
 // The colour of the light from 0 to s, linear sRGB; white for all of it.
 vec3 weight_below(float s) {

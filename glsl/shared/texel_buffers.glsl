@@ -152,7 +152,7 @@ float last_of(uvec4 texel) {
     TEXELS(slot, pilot_rays)                                                               \
     PilotRay pilot_ray_at(uint index) {                                                    \
         uvec4 a = TEXEL(pilot_rays, 1, index, 0);                                          \
-        return PilotRay(uintBitsToFloat(a.x), a.y, a.z, a.w);                              \
+        return PilotRay(uintBitsToFloat(a.x), a.y, a.z, last_of(a));                       \
     }
 
 #define CHAIN_HITS(slot)                                                                   \

@@ -98,9 +98,9 @@ mirrors! {
     }
     ChainLattice {
         origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
-        rows: u32, refinements: u32, unused0: u32, unused1: u32,
+        rows: u32, refinements: u32, band: u32, bands: u32,
     }
-    PilotRay { flux: f32, receiver: u32, interfaces: u32, unused: u32, }
+    PilotRay { flux: f32, receiver: u32, interfaces: u32, dispersed: f32, }
     ChainPath {
         position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
         cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,

@@ -60,14 +60,23 @@ impl Coordinate {
         0.5 * (low + high)
     }
 
-    /// The colour of the light from 0 to s = i/[`SPECTRAL_STEPS`], linear sRGB.
+    /// The colour of the light from 0 to s = i/[`SPECTRAL_STEPS`], linear sRGB. The fourth element of the first three is the mean of s
+    /// of a colour channel, beyond [`Self::middle`].
     fn weights_below(self) -> Vec<Vec4> {
         let below = |i: u32| {
             let coordinate = f64::from(i) / f64::from(SPECTRAL_STEPS);
             let weight = weight_below(WAVELENGTHS[1]) - weight_below(self.wavelength(coordinate));
             weight.as_vec3().extend(0.0)
         };
-        (0..=SPECTRAL_STEPS).map(below).collect()
+        let mut weights: Vec<Vec4> = (0..=SPECTRAL_STEPS).map(below).collect();
+        let steps = weights.windows(2).zip(0..);
+        let means: Vec4 = steps
+            .map(|(pair, i)| (pair[1] - pair[0]) * ((i as f32 + 0.5) / SPECTRAL_STEPS as f32))
+            .sum();
+        for channel in 0..3 {
+            weights[channel].w = means[channel] - self.middle() as f32;
+        }
+        weights
     }
 }
 
@@ -122,6 +131,7 @@ impl DeviceSpectrum {
 mod tests {
     use super::*;
     use crate::scene::GLASSES;
+    use glam::Vec3;
 
     #[test]
     fn the_coordinate_runs_from_red_to_violet() {
@@ -131,7 +141,9 @@ mod tests {
         assert!((coordinate.wavelength(1.0) - 0.4).abs() < 1e-9);
         assert!((coordinate.at(coordinate.wavelength(0.3)) - 0.3).abs() < 1e-9);
         let weights = coordinate.weights_below();
-        assert_eq!(weights[0], Vec4::ZERO);
+        assert_eq!(weights[0].truncate(), Vec3::ZERO);
+        // Red light is bent least.
+        assert!(weights[0].w < weights[1].w && weights[1].w < weights[2].w);
         let all = weights[SPECTRAL_STEPS as usize];
         assert!((all.truncate() - 1.0).abs().max_element() < 1e-5);
     }

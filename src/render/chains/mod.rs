@@ -9,7 +9,7 @@ use crate::gpu::{
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
-use crate::render::gpu_types::constants::SPLAT_GROUP;
+use crate::render::gpu_types::constants::{MAX_BANDS, SPLAT_GROUP};
 use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Footprint, PilotRay};
 use crate::render::splat::prefix_sums::BlockSums;
 use crate::render::splat::quads::{self, draw_push};
@@ -45,6 +45,8 @@ pub struct Chains {
     quads: Buffer,
     path_capacity: u32,
     splat_capacity: u32,
+    /// Lattices after refinement over those before, at most.
+    bands: u32,
 }
 
 impl Chains {
@@ -54,7 +56,8 @@ impl Chains {
         let rays = scene.lattices.ray_capacity;
         let pilot_bytes = scene.lattices.pilot_capacity as usize * size_of::<PilotRay>();
         let pilot_rays = Buffer::new(context, "pilot rays", pilot_bytes as u64)?;
-        let lattice_bytes = scene.lattices.capacity as usize * size_of::<ChainLattice>();
+        let bands = scene.spectrum.coordinate.map_or(1, |_| MAX_BANDS);
+        let lattice_bytes = (bands * scene.lattices.capacity) as usize * size_of::<ChainLattice>();
         let refined = Buffer::new(context, "refined lattices", lattice_bytes as u64)?;
         let path_capacity = (PATHS_PER_RAY * f64::from(rays)) as u32;
         let mut splat_capacity = (FOOTPRINTS_PER_RAY * f64::from(rays)) as u32;
@@ -165,6 +168,7 @@ impl Chains {
             quads,
             path_capacity,
             splat_capacity,
+            bands,
         })
     }
 
@@ -212,7 +216,12 @@ impl Chains {
         wave: u32,
         pipelines: &[BoundPipeline; 2],
     ) {
-        let (push, pipeline) = (self.push(scene, wave), &pipelines[wave as usize % 2]);
+        let push = ChainPush {
+            // Those of the bands of the spectrum follow the others.
+            lattice_count: self.bands * scene.lattices.count,
+            ..self.push(scene, wave)
+        };
+        let pipeline = &pipelines[wave as usize % 2];
         recorder.dispatch_indirect(pipeline, &push, &self.waves[wave as usize % 2], 0);
     }
 
