@@ -27,8 +27,9 @@ layout(std430, binding = 7) writeonly buffer PilotRays { PilotRay pilot_rays[]; 
 #include "chain.glsl"
 #include "chain_changes.glsl"
 
-// The first receiver that the path's light lands on. Returns false where it lands on none.
-bool land_on(ChainPath path, ChainHit hit, inout PilotRay ray) {
+// The first receiver that the path's light lands on. Returns false where it lands on none. `finest`: spacing of the lattice after all
+// refinements over that before.
+bool land_on(ChainPath path, ChainHit hit, float finest, inout PilotRay ray) {
     for (uint index = 0; index < push.receiver_count; index++) {
         PlanarReceiver receiver = planar_receiver_at(index);
         float distance_;
@@ -37,7 +38,10 @@ bool land_on(ChainPath path, ChainHit hit, inout PilotRay ray) {
         ray.flux = dot(flux_after(path, distance_), vec3(1.0 / 3.0));
         ray.receiver = index;
         Landing landing;
-        if (DISPERSES && land(path, hit, receiver, index, landing)) ray.dispersed = length(landing.of_spectrum);
+        if (DISPERSES && land(path, hit, receiver, index, landing)) {
+            landing.of_cell *= finest;
+            ray.dispersed = dispersion_of(landing);
+        }
         return true;
     }
     return false;
@@ -48,10 +52,12 @@ void main() {
     if (index >= push.pilot_count) return;
     PilotRay ray = PilotRay(0.0, 0, 0, 0.0);
     ChainPath path = ray_of_lattice(index);
+    float finest = 1.0;
+    if (DISPERSES) finest = exp2(-float(lattice_of(index).refinements));
     for (;;) {
         ChainHit hit = hit_of(path);
         ray.interfaces = interfaces_of(path);
-        if (!is_first(path) && land_on(path, hit, ray)) break;
+        if (!is_first(path) && land_on(path, hit, finest, ray)) break;
         Interaction at;
         if (ray.interfaces >= push.max_interfaces || !interact(path, hit, at)) break;
         Lobe lobe;

@@ -50,9 +50,9 @@ uint refinements_of(ChainLattice lattice, float all, float landed_rays) {
     return uint(clamp(ceil(0.5 * log2(needed / landings)), 0.0, float(lattice.refinements)));
 }
 
-// Bands of the spectrum that the rays of a lattice carry one each, so that what lands is dispersed by at most this much, in texels,
-// within a band: over a band, places are linear in the index of refraction.
-const float MAX_DISPERSED = 50.0;
+// Bands of the spectrum that the rays of a lattice carry one each, so that what lands is dispersed by at most this many standard
+// deviations of the footprint within a band: over a band, places are linear in the index of refraction.
+const float MAX_DISPERSED = 12.0;
 
 uint bands_of(ChainLattice lattice) {
     float dispersed = 0.0;

@@ -99,7 +99,7 @@ pub mod output;
 pub mod reference;
 pub mod render;
 pub mod scene;
-mod spectrum;
+pub mod spectrum;
 pub mod srgb;
 pub mod tone_map;
 

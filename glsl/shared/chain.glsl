@@ -136,16 +136,20 @@ struct Landing {
 // Maximum number of footprints of a landing, each of a part of its band.
 const float MAX_PARTS = 24.0;
 
-// Parts of the band, each no wider than the footprint's standard deviation along the dispersed light.
-uint parts_of(Landing landing) {
+// Extent of the band where it lands, in standard deviations of the footprint.
+float dispersion_of(Landing landing) {
     if (DISPERSES && landing.of_spectrum != vec2(0.0)) {
         float length2 = dot(landing.of_spectrum, landing.of_spectrum);
-        float extent = landing.band.y;
         vec2 along = landing.of_spectrum * inversesqrt(length2);
         vec4 deviation = vec4(along * landing.of_cell, along * landing.of_light);
-        return uint(clamp(ceil(extent * sqrt(length2 / (dot(deviation, deviation) + 1.0 / 12.0))), 1.0, MAX_PARTS));
+        return landing.band.y * sqrt(length2 / (dot(deviation, deviation) + 1.0 / 12.0));
     }
-    return 1;
+    return 0.0;
+}
+
+// Parts of the band, each no wider than the footprint's standard deviation.
+uint parts_of(Landing landing) {
+    return uint(clamp(ceil(dispersion_of(landing)), 1.0, MAX_PARTS));
 }
 
 // Returns false where the receiver gets none of it. Light that passes the edge of the receiver that the ray meets may land on

@@ -355,7 +355,7 @@ struct PilotRay {
     float flux;      // W; 0: nowhere
     uint receiver;
     uint interfaces; // surfaces that it met
-    float dispersed; // extent of the spectrum where it lands, texels
+    float dispersed; // extent of the spectrum where it lands, in standard deviations of the footprint
 };
 
 // The state of a chain: the ray that leaves a surface, and how it changes over a cell of the lattice and over the light.
