@@ -112,7 +112,8 @@ fn a_prism_bends_each_channel_by_snells_law() {
     }
 }
 
-/// The scene, whose spectrum is so wide that lattices carry a band of it each.
+/// The scene, whose spectrum is so wide that lattices carry a band of it each. Its slit lets an eighth of the lattice pass, with edges as
+/// sharp as a cell.
 #[test]
 fn against_the_reference() {
     let texels = [192, 80];
@@ -120,7 +121,7 @@ fn against_the_reference() {
     let truth = solve(&scene, "wall", texels, &options(0.04));
     let truth_map = image(&truth);
     let settings = Settings {
-        error: Some(0.02),
+        error: Some(0.01),
         ..footprint(16_384)
     };
     let device = Device::open();
@@ -134,5 +135,5 @@ fn against_the_reference() {
     let without = device.caustic(&undispersed, "wall", &settings);
     let (error, perturbed) = (l1(&map, &truth_map), l1(&without, &truth_map));
     println!("{error} beside noise of {}", l1_noise(&truth));
-    assert_error_beyond_noise("prism", 0.06, l1_noise(&truth), error, perturbed);
+    assert_error_beyond_noise("prism", 0.1, l1_noise(&truth), error, perturbed);
 }

@@ -8,9 +8,11 @@ use crate::render::environment::cell::EnvironmentCell;
 use crate::render::environment::cells::subdivide;
 use crate::render::geometry::occlusion::is_convex;
 use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::gpu_types::constants::MAX_BANDS;
 use crate::render::gpu_types::{ChainLattice, Light};
 use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
+use crate::render::spectrum::Coordinate;
 use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
 use glam::DVec3;
 use std::sync::Arc;
@@ -23,6 +25,8 @@ const RAYS: [f64; 2] = [1024.0, 262_144.0];
 /// Number of rays of all lattices over the maximum number of one lattice, at most: the shares of light add up to 1, and a lattice
 /// of a small share needs few.
 const RAYS_OF_ALL: f64 = 2.0;
+/// Number of rays of all bands of the spectrum, at most.
+const RAYS_OF_BANDS: f64 = 524_288.0;
 /// Rays before refinement: as a part of the maximum number for one lattice and for all, and at least, for one.
 const PILOT_PART: f64 = 1.0 / 16.0;
 const PILOT_PART_OF_ALL: f64 = 0.25;
@@ -75,6 +79,13 @@ impl DeviceLattices {
         let rays = rays_of_lattice(settings);
         // Rows and columns are rounded.
         let pilot_capacity = 2 * capacity * pilot_rays(rays, capacity) as u32;
+        let of_all = match Coordinate::of(scene) {
+            None => RAYS_OF_ALL * rays,
+            Some(_) => {
+                let of_bands = RAYS_OF_ALL * rays * f64::from(MAX_BANDS);
+                of_bands.min(RAYS_OF_BANDS).max(RAYS_OF_ALL * rays)
+            }
+        };
         let lights = scene.lights.len() + ENVIRONMENT_CELLS;
         let light_bytes = (lights * size_of::<Light>()) as u64;
         Ok(Self {
@@ -85,7 +96,7 @@ impl DeviceLattices {
             capacity,
             pilot_count: 0,
             pilot_capacity,
-            ray_capacity: pilot_capacity.max((RAYS_OF_ALL * rays) as u32),
+            ray_capacity: pilot_capacity.max(of_all as u32),
             may_chain,
             is_needed,
         })
