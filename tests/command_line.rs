@@ -6,7 +6,7 @@ mod common;
 
 use assert_cmd::Command;
 use common::{json, nephroid, refuses, scene_path as scene};
-use nephroid::image_file::{RgbImage, write_exr};
+use nephroid::image_file::{RgbImage, write_exr, write_png};
 use predicates::prelude::*;
 use predicates::str::contains;
 use std::path::{Path, PathBuf};

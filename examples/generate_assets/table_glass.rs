@@ -43,7 +43,7 @@ fn lens() -> String {
     obj.text
 }
 
-/// A ring around the lens, and a handle along +x.
+/// A ring that the edge of the lens reaches 4 mm into, and a handle along +x.
 fn lens_frame() -> String {
     const TUBE: f64 = 0.014;
     const HANDLE: [f64; 2] = [0.26, 0.62];
@@ -52,7 +52,7 @@ fn lens_frame() -> String {
         let out = around(-TAU * (i % 64) as f64 / 64.0);
         let (sine, cosine) = (TAU * (j % 12) as f64 / 12.0).sin_cos();
         let normal = cosine * out + sine * DVec3::Y;
-        ((LENS + TUBE + 0.001) * out + TUBE * normal, normal)
+        ((LENS + TUBE - 0.004) * out + TUBE * normal, normal)
     });
     let across = |i: usize| {
         let (sine, cosine) = (TAU * (i % 16) as f64 / 16.0).sin_cos();
