@@ -102,9 +102,9 @@ pub fn compare_with_target(
 /// The smaller width and height of two images of one shape.
 fn common_size(map: &RgbImage, target: &RgbImage) -> Result<[u32; 2]> {
     let [a, b] = [map, target].map(|image| [image.width, image.height].map(f64::from));
-    // Half a pixel of the map over its longer side: pictures of other resolutions are rounded to whole pixels.
+    // Half a pixel of the shortest side: pictures of other resolutions are rounded to whole pixels. Tiny images have to fit better.
     let shape = |[width, height]: [f64; 2]| width / height;
-    let tolerance = 0.5 / a[0].min(a[1]).min(b[0]).min(b[1]);
+    let tolerance = (0.5 / a[0].min(a[1]).min(b[0]).min(b[1])).min(0.02);
     if (shape(a) / shape(b) - 1.0).abs() > tolerance {
         return Err(Error::Usage {
             reason: format!(
