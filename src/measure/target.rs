@@ -66,8 +66,7 @@ pub fn compare_with_target(
     check(&images[0], &images[1])?;
     let means = [mean(&images[0]), mean(&images[1])];
     for (mean, name) in means.into_iter().zip(["map", "target"]) {
-        // NaN is no light either.
-        if !(mean > 0.0) {
+        if mean <= 0.0 {
             return Err(Error::Usage {
                 reason: format!("the {name} holds no light: its mean is {mean}"),
                 remedy: "compare images that are not black".into(),
