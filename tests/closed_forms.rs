@@ -5,15 +5,16 @@
 mod common;
 
 use common::closed_forms::{
-    BALL, CARDIOID, CASES, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, RIM, Solver, Twin,
+    BALL, CARDIOID, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, RIM, Solver, Twin, cases,
 };
+use common::glass::{BALL_LENS, PLATE, PRISM, RAINBOW, STIGMATIC};
 use common::{Device, accuracy, assert_error, assert_physical, flux, load, method, rect};
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
 
 /// Every figure of the form's cases is within what is asked of it and what the document says, and is not in its twins.
 fn check(form: &Form, by_reference: bool) {
-    let cases: Vec<_> = (CASES.iter())
+    let cases: Vec<_> = cases()
         .filter(|case| std::ptr::eq(case.form, form))
         .filter(|case| matches!(case.solver, Solver::Reference(_)) == by_reference)
         .collect();
@@ -113,6 +114,51 @@ fn lamp_of_an_environment_by_reference() {
 #[test]
 fn ring_keeps_light_from_its_floor_by_reference() {
     check(&RIM, true);
+}
+
+#[test]
+fn plate_of_glass_dims_and_shifts_light() {
+    check(&PLATE, false);
+}
+
+#[test]
+fn plate_of_glass_by_reference() {
+    check(&PLATE, true);
+}
+
+#[test]
+fn prism_has_its_least_deviation() {
+    check(&PRISM, false);
+}
+
+#[test]
+fn prism_by_reference() {
+    check(&PRISM, true);
+}
+
+#[test]
+fn ball_lens_has_its_focus() {
+    check(&BALL_LENS, false);
+}
+
+#[test]
+fn ball_lens_by_reference() {
+    check(&BALL_LENS, true);
+}
+
+#[test]
+fn stigmatic_lenses_gather_light_in_a_point() {
+    check(&STIGMATIC, false);
+}
+
+#[test]
+fn stigmatic_lenses_by_reference() {
+    check(&STIGMATIC, true);
+}
+
+#[test]
+fn drop_of_water_shows_the_rainbow() {
+    check(&RAINBOW, false);
 }
 
 /// The committed document names all cases and what is asked, and its figures are within that.

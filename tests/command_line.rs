@@ -6,7 +6,7 @@ mod common;
 
 use assert_cmd::Command;
 use common::{json, nephroid, refuses, scene_path as scene};
-use nephroid::image_file::{RgbImage, write_exr};
+use nephroid::image_file::{RgbImage, write_exr, write_png};
 use predicates::prelude::*;
 use predicates::str::contains;
 use std::path::{Path, PathBuf};
@@ -275,6 +275,56 @@ fn bad_input_of_compare() {
     std::fs::write(&text, "no image").unwrap();
     refuses(&mut compare(&text, &small), 3, &["text.exr", "EXR"]);
     refuses(&mut compare(folder.path(), &small), 3, &["remedy"]);
+}
+
+/// A target is a picture in sRGB of twice the map's size, or an EXR file.
+#[test]
+fn compare_with_a_target_counts_the_distribution_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.exr");
+    let image = RgbImage {
+        width: 2,
+        height: 1,
+        pixels: vec![[3.0; 3], [30.0; 3]],
+    };
+    write_exr(&map, &image, &[], "test").unwrap();
+    let target = folder.path().join("target.png");
+    // Of sRGB, 89 is a tenth of 255 to 0.1 %.
+    let row = |dark: u8| [[dark; 6], [255; 6]].concat();
+    write_png(&target, 4, 2, &[row(89), row(89)].concat()).unwrap();
+    let normalised = |target: &Path| {
+        let mut command = compare(&map, target);
+        command.arg("--normalise");
+        command
+    };
+    let report = json(&mut normalised(&target));
+    assert_eq!(report["size"], serde_json::json!([2, 1]));
+    let figure = |report: &serde_json::Value, name: &str| report[name].as_f64().unwrap();
+    assert!(figure(&report, "l1") < 0.003, "{report}");
+    assert!(figure(&report, "correlation") > 0.999, "{report}");
+    assert!((figure(&report, "scale") - 30.0).abs() < 0.1, "{report}");
+    assert!(report["flip"]["mean"].as_f64().unwrap() < 0.01, "{report}");
+    write_png(&target, 4, 2, &[row(120), row(120)].concat()).unwrap();
+    assert!(figure(&json(&mut normalised(&target)), "l1") > 0.1);
+    assert_eq!(figure(&json(&mut normalised(&map)), "l1"), 0.0);
+    let text = normalised(&target).assert().success();
+    text.stdout(contains("correlation   1.000000").and(contains("of the map for 1 of the target")));
+
+    write_png(&target, 4, 1, &row(89)).unwrap();
+    refuses(
+        &mut normalised(&target),
+        2,
+        &["2 x 1 texels and the target 4 x 1 pixels", "crop"],
+    );
+    write_png(&target, 2, 1, &[0; 6]).unwrap();
+    refuses(&mut normalised(&target), 2, &["the target holds no light"]);
+    std::fs::write(&target, "no image").unwrap();
+    refuses(
+        &mut normalised(&target),
+        3,
+        &["target.png", "neither a PNG nor a JPEG"],
+    );
+    refuses(&mut normalised(folder.path()), 3, &["it is a folder"]);
 }
 
 #[test]

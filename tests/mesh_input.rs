@@ -172,6 +172,59 @@ fn bodies_that_are_open_or_inside_out_are_named() {
     }
 }
 
+/// Two tetrahedra of glass and water: apart, nested, in contact and crossing each other.
+#[test]
+fn bodies_that_overlap_without_priority_are_named() {
+    let glass = SCENE.replace(
+        "kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]",
+        "kind = \"dielectric\"\nior = 1.5",
+    );
+    let medium =
+        |keys: &str| format!("\n[[material]]\nname = \"water\"\nkind = \"dielectric\"\n{keys}\n");
+    let water = medium("ior = 1.33");
+    let other = |scale: f64, x: f64| {
+        format!(
+            "\n[[object]]\nname = \"other\"\nmesh = \"part.obj\"\nmaterial = \"water\"\n[object.motion]\n\
+             pivot = [0.2, 1.2, 0.2]\nkeyframes = [{{ time = 0.0, scale = {scale}, translation = [{x}, 0.0, 0.0] }}]\n"
+        )
+    };
+    let warnings = |scene: String| {
+        let folder = Folder::new();
+        folder.write("scene.toml", scene);
+        folder.write("part.obj", TETRAHEDRON);
+        folder.load().unwrap_or_else(|e| panic!("{e}")).warnings
+    };
+    for (medium, scale, x) in [
+        (&water, 1.0, 2.0),
+        // A bubble, and one body in its shell.
+        (&water, 0.5, 0.0),
+        (&water, 1.5, 0.0),
+        // Corner to corner, and the same faces twice.
+        (&water, 1.0, 1.0),
+        (&water, 1.0, 0.0),
+        (&medium("ior = 1.33\npriority = 1"), 1.0, 0.3),
+        // One medium.
+        (&medium("ior = 1.5"), 1.0, 0.3),
+        (&medium("ior = 1.33\nthin = true"), 1.0, 0.3),
+    ] {
+        let scene = [&glass, medium.as_str(), &other(scale, x)].concat();
+        assert_eq!(
+            warnings(scene),
+            Vec::<String>::new(),
+            "{medium} {scale} {x}"
+        );
+    }
+    for (scale, x) in [(1.0, 0.3), (0.5, 0.3), (1.0, 1e-3)] {
+        let found = warnings([&glass, water.as_str(), &other(scale, x)].concat());
+        let [warning] = found.as_slice() else {
+            panic!("{scale} {x}: {found:?}");
+        };
+        let expected = "scene.toml: object \"other\": it crosses object \"part\" at [";
+        assert!(warning.contains(expected), "{warning}");
+        assert!(warning.contains("the higher `priority`"), "{warning}");
+    }
+}
+
 #[test]
 fn mirrors_that_face_away_are_named() {
     // The square looks toward +z; the floor reaches to both of its sides.

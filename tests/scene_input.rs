@@ -56,7 +56,7 @@ fn shipped_scenes_load_without_a_warning() {
         assert!(loaded.scene.planar_receivers().count() > 0);
         count += 1;
     }
-    assert_eq!(count, 21);
+    assert_eq!(count, 24);
 }
 
 const LAMP: &str = "\
@@ -176,6 +176,9 @@ fn bad_scene_files_are_refused_with_their_place() {
         ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"dielectric\"\nior = \"glass\"", "line 24, column 7", "there is no medium `glass`"),
         ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"dielectric\"\nior = 1.5\ndispersion = true", "line 25, column 14", "one number, which has no dispersion"),
         ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"dielectric\"\nior = \"BK7\"\ndispersion = true\nthin = true", "line 25, column 14", "a sheet turns no light"),
+        ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"dielectric\"\nior = 1.5\nabsorption = [0, -1, 0]", "line 25, column 14", "absorption: -1 is not within"),
+        ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"dielectric\"\nior = 1.5\nabsorption = [0, nan, 0]", "line 25, column 14", "absorption: NaN is not within"),
+        ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"dielectric\"\nior = 1.5\npriority = 1001", "line 25, column 12", "priority is 1001"),
         ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"conductor\"\nmetal = \"tin\"", "line 24, column 9", "no metal `tin`"),
         ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"conductor\"", "line 22, column 8", "the key `index` is missing"),
         ("kind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]", "kind = \"conductor\"\nmetal = \"gold\"\nindex = [1, 1, 1]", "line 25, column 9", "beside `metal`"),

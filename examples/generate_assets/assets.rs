@@ -1,6 +1,8 @@
 //! The meshes, textures and environments that the shipped scenes use, as bytes. Lengths in metres.
 
 // By path, since `tests/assets.rs` includes this file from another folder.
+#[path = "engineered/mod.rs"]
+mod engineered;
 #[path = "irregular/mod.rs"]
 mod irregular;
 #[path = "noise.rs"]
@@ -9,6 +11,8 @@ mod noise;
 mod obj;
 #[path = "skies.rs"]
 mod skies;
+#[path = "table_glass.rs"]
+mod table_glass;
 #[path = "textures.rs"]
 mod textures;
 
@@ -39,6 +43,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("environments/sunny.hdr", sunny()),
     ];
     files.extend(irregular::all());
+    files.extend(engineered::all());
+    files.extend(table_glass::all());
     files.extend(textures::all());
     files.extend(skies::all());
     files

@@ -122,10 +122,14 @@ impl Lines {
     }
 }
 
-/// Seven decimals, 0.1 µm, without trailing zeros. Rounding also hides what differs between
-/// mathematical libraries.
+/// Seven decimals, 0.1 µm.
 fn number(value: f64) -> String {
-    let text = format!("{value:.7}");
+    rounded(value, 7)
+}
+
+/// Decimals without trailing zeros. Rounding also hides what differs between mathematical libraries.
+pub fn rounded(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0" } else { text }.into()
 }

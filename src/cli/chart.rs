@@ -262,12 +262,15 @@ mod tests {
         known.extend(
             shipped::named(&[
                 "coffee",
+                "engineered",
                 "glass_ball",
                 "globe",
+                "lens",
                 "pool_sky",
                 "table",
                 "tumbler",
                 "two_mirrors",
+                "wine",
             ])
             .unwrap(),
         );

@@ -1,11 +1,12 @@
 //! `nephroid compare`: errors of an image or a sequence.
 
 use super::files::exposure_of;
-use super::terminal::{print, print_json};
+use super::terminal::{log_some, print, print_json};
 use clap::Args;
 use nephroid::image_file::{read_comment, read_rgb};
 use nephroid::measure::{
-    Comparison, Flip, PIXELS_PER_DEGREE, SequenceComparison, SequenceMeter, compare, flip,
+    Comparison, Flip, PIXELS_PER_DEGREE, SequenceComparison, SequenceMeter, TargetComparison,
+    compare, compare_with_target, flip, read_target,
 };
 use nephroid::{Error, Result};
 use serde::Serialize;
@@ -21,12 +22,18 @@ use std::path::{Path, PathBuf};
 /// For views also FLIP, 0 to 1: the difference that a viewer sees who flips between both pictures, tone-mapped as `render`
 /// does with the scene's exposure, on a display of 67 pixels a degree. Views are files that `render` and `reference
 /// --view` write; they name the exposure.
+///
+/// With --normalise, the second image is a target, the picture that a light map should show, and only the distribution of light is
+/// compared: both are scaled to the mean 1. The finer of both is averaged to the size of the other.
 #[derive(Args)]
 pub struct Arguments {
     /// Image, or folder of frames, to compare with the reference
     a: PathBuf,
     /// Reference image of the same size, or folder of reference frames
     b: PathBuf,
+    /// Compare with a target picture of any size: EXR, or PNG and JPEG in sRGB
+    #[arg(long)]
+    normalise: bool,
     /// Exposure for FLIP, in stops, in place of the one that the reference's file names; FLIP is then computed for any
     /// images
     #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
@@ -56,6 +63,14 @@ struct Report {
     flip: Option<Flip>,
 }
 
+/// Errors against a target.
+#[derive(Serialize)]
+struct TargetReport {
+    #[serde(flatten)]
+    comparison: TargetComparison,
+    flip: Flip,
+}
+
 /// Errors of a sequence, and of views FLIP, too.
 #[derive(Serialize)]
 struct SequenceReport {
@@ -77,7 +92,13 @@ struct SequenceFlip {
 
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (a, b) = (arguments.a.as_path(), arguments.b.as_path());
-    if a.is_dir() && b.is_dir() {
+    if arguments.normalise {
+        let report = with_target(a, b, arguments.exposure)?;
+        match arguments.json {
+            true => print_json(&report),
+            false => print(&describe_target(&report)),
+        }
+    } else if a.is_dir() && b.is_dir() {
         let report = sequence(a, b, arguments.exposure)?;
         match arguments.json {
             true => print_json(&report),
@@ -96,6 +117,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             false => print(&describe(&report)),
         }
     }
+}
+
+/// Shows the mean of both pictures as middle grey.
+const MIDDLE_GREY: f64 = 0.18;
+
+fn with_target(a: &Path, b: &Path, exposure: Option<f64>) -> Result<TargetReport> {
+    let mut warnings = Vec::new();
+    let (map, target) = (read_rgb(a)?, read_target(b, &mut warnings)?);
+    log_some("warning", &warnings);
+    let (comparison, [map, target]) = compare_with_target(&map, &target)?;
+    let flip = flip(&map, &target, exposure.unwrap_or(MIDDLE_GREY.log2()))?;
+    Ok(TargetReport { comparison, flip })
 }
 
 /// The exposure asked for, or that of the reference if both files are views.
@@ -190,6 +223,26 @@ fn describe(report: &Report) -> String {
         worst.a,
         worst.b,
         flip.as_ref().map_or(String::new(), describe_flip)
+    )
+}
+
+fn describe_target(report: &TargetReport) -> String {
+    let TargetReport { comparison, flip } = report;
+    let [width, height] = comparison.size;
+    let correlation = (comparison.correlation).map_or("undefined".into(), |c| format!("{c:.6}"));
+    let worst = &comparison.worst;
+    format!(
+        "size          {width} x {height}\ncorrelation   {correlation}\nL1            {}\nRMS           {}\
+         \nscale         {:.6} of the map for 1 of the target\
+         \nworst pixel   ({}, {}): {:?} of the mean, target {:?}{}",
+        percent(Some(comparison.l1)),
+        percent(Some(comparison.rms)),
+        comparison.scale,
+        worst.column,
+        worst.row,
+        worst.a,
+        worst.b,
+        describe_flip(flip)
     )
 }
 

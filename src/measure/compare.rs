@@ -159,7 +159,7 @@ fn values(a: &RgbImage, b: &RgbImage) -> impl Iterator<Item = (f64, f64)> {
         .map(|(&a, &b)| (a.into(), b.into()))
 }
 
-fn worst(a: &RgbImage, b: &RgbImage) -> Texel {
+pub(super) fn worst(a: &RgbImage, b: &RgbImage) -> Texel {
     let difference = |i: usize| -> f32 {
         (0..3)
             .map(|c| (a.pixels[i][c] - b.pixels[i][c]).abs())
@@ -183,7 +183,7 @@ fn worst(a: &RgbImage, b: &RgbImage) -> Texel {
     }
 }
 
-fn check(a: &RgbImage, b: &RgbImage) -> Result<()> {
+pub(super) fn check(a: &RgbImage, b: &RgbImage) -> Result<()> {
     let usage = |reason: String, remedy: &str| {
         Err(Error::Usage {
             reason,

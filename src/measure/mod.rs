@@ -8,11 +8,13 @@ pub mod machine;
 mod profile;
 pub mod stress;
 pub mod sweep;
+mod target;
 
 pub use aim::Aim;
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use flip::{Flip, FlipPixel, PIXELS_PER_DEGREE, Region, flip};
 pub use profile::{PassProfile, Spread, profile};
+pub use target::{TargetComparison, compare_with_target, read_target};
 
 use crate::scene::Scene;
 

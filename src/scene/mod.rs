@@ -17,6 +17,7 @@ mod mesh;
 mod mtl;
 mod obj;
 mod obj_text;
+mod overlap;
 mod skin;
 mod texture;
 
@@ -26,6 +27,8 @@ pub use glass::{D_LINE, Dispersion, GLASSES, Sellmeier};
 pub use load::{Loaded, load};
 pub(crate) use skin::is_closed;
 pub use texture::{Texture, TextureLevel};
+#[cfg(feature = "cli")]
+pub(crate) use texture::{covered, read as read_texture};
 
 use glam::{DMat3, DVec2, DVec3};
 use std::borrow::Cow;

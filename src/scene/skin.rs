@@ -1,8 +1,9 @@
 //! Meshes that should bound a body and do not: open, turned inside out, or with faces that do not
-//! agree about which side is the front.
+//! agree about which side is the front; and bodies that overlap, neither of which displaces the other.
 
 use super::mesh::places;
-use super::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
+use super::overlap::crossing;
+use super::{Dielectric, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 
@@ -23,7 +24,44 @@ pub fn complaints(scene: &Scene) -> Vec<String> {
         };
         reason.map(|reason| format!("object \"{}\": {reason}", object.name.escape_debug()))
     };
-    scene.objects.iter().filter_map(complaint).collect()
+    let flaws = scene.objects.iter().filter_map(complaint);
+    flaws.chain(overlaps(scene)).collect()
+}
+
+/// Bodies of different media and equal priority whose surfaces cross. A body that lies wholly within another one, as a bubble
+/// does, displaces it. Two bodies of one medium are one.
+fn overlaps(scene: &Scene) -> Vec<String> {
+    let bodies: Vec<(&Object, &Dielectric, &Mesh)> = (scene.objects.iter())
+        .filter_map(
+            |object| match (&scene.materials[object.material].kind, &object.geometry) {
+                (MaterialKind::Dielectric(medium), Geometry::Mesh(mesh)) if !medium.thin => {
+                    Some((object, medium, &**mesh))
+                }
+                _ => None,
+            },
+        )
+        .collect();
+    let mut complaints = Vec::new();
+    for (index, (object, medium, mesh)) in bodies.iter().enumerate() {
+        for (other, of_other, other_mesh) in &bodies[index + 1..] {
+            if medium.priority != of_other.priority || medium == of_other {
+                continue;
+            }
+            let place = crossing(mesh, other_mesh);
+            complaints.extend(place.map(|place| {
+                format!(
+                    "object \"{}\": it crosses object \"{}\" at {}, and both have the priority {}: which of \
+                     both is where they overlap depends on the way of the light; give what is to displace the \
+                     other one the higher `priority`",
+                    other.name.escape_debug(),
+                    object.name.escape_debug(),
+                    at(place),
+                    medium.priority
+                )
+            }));
+        }
+    }
+    complaints
 }
 
 /// Whether a mesh bounds a body, with its fronts outside.

@@ -115,7 +115,7 @@ impl TextureLevel {
 }
 
 /// The texels of `side` that texel `index` of `coarse` covers, and the share of it that each makes up.
-fn covered(index: u32, coarse: u32, side: u32) -> Vec<(u32, f64)> {
+pub fn covered(index: u32, coarse: u32, side: u32) -> Vec<(u32, f64)> {
     let width = f64::from(side) / f64::from(coarse);
     let (start, end) = (f64::from(index) * width, f64::from(index + 1) * width);
     (start.floor() as u32..(end.ceil() as u32).min(side))

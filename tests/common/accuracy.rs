@@ -1,7 +1,7 @@
 //! `docs/accuracy.md`: the closed forms with the figures that were reached.
 
 use super::Device;
-use super::closed_forms::{Asked, CASES, Case, Form, Solver, Unit};
+use super::closed_forms::{Asked, Case, Form, Solver, Unit, cases};
 use super::run::Run;
 use nephroid::render::{Method, Settings};
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ pub fn path() -> PathBuf {
 /// All figures, in the order of the cases.
 pub fn measure(device: &Device, mut progress: impl FnMut(&str)) -> Vec<String> {
     let mut reached = Vec::new();
-    for case in CASES {
+    for case in cases() {
         let scene = (case.scene)();
         let map = case.map(scene.clone(), device);
         for asked in case.asked {
@@ -57,7 +57,7 @@ pub fn document(run: &Run, reached: &[String]) -> String {
     }
     let mut reached = reached.iter();
     let mut form: Option<&Form> = None;
-    for case in CASES {
+    for case in cases() {
         if form.is_none_or(|form| !std::ptr::eq(form, case.form)) {
             form = Some(case.form);
             text += &heading(case.form);
@@ -120,7 +120,7 @@ pub fn disagreements(text: &str) -> Vec<String> {
         .collect();
 
     let mut reached = Vec::new();
-    for case in CASES {
+    for case in cases() {
         for asked in case.asked {
             let prefix = row(case, asked);
             let found = documented(text, case, asked);

@@ -305,7 +305,12 @@ static RIM_ENERGY: Figure = Figure {
     },
 };
 
-pub static CASES: &[Case] = &[
+/// All cases, in the order of the document.
+pub fn cases() -> impl Iterator<Item = &'static Case> {
+    CASES.iter().chain(super::glass::CASES)
+}
+
+static CASES: &[Case] = &[
     Case {
         form: &NEPHROID,
         scene_text: "ring that casts no shadow, sun 35° high",

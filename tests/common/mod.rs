@@ -5,6 +5,7 @@
 pub mod accuracy;
 pub mod closed_forms;
 pub mod folder;
+pub mod glass;
 pub mod run;
 
 use assert_cmd::Command;

@@ -14,6 +14,7 @@
 //!
 //! [`write()`] makes the report, with the [`verdicts`] in words.
 
+pub mod glass;
 pub mod random;
 mod report;
 pub mod scenes;
@@ -77,8 +78,12 @@ impl Contender {
         }
     }
 
-    /// Whether the work is worth the while.
+    /// Whether it follows light from surface to surface, and the work is worth the while.
     fn can(&self, scene: &Scene, texels: u32, effort: f64) -> bool {
+        let has_chains = matches!(self.method, Method::Footprint | Method::Points);
+        if !has_chains && glass::has_glass(scene) {
+            return false;
+        }
         let triangles = (scene.objects.iter())
             .map(|object| match &object.geometry {
                 Geometry::Mesh(mesh) => mesh.triangles.len(),

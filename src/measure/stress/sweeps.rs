@@ -1,5 +1,6 @@
 //! The sweeps, as data.
 
+use super::glass;
 use super::scenes::{self, RECEIVER};
 use crate::scene::Scene;
 use glam::DVec3;
@@ -273,6 +274,52 @@ pub fn sweeps() -> Vec<Sweep> {
             axis: "suns",
             values: vec![1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0],
             scene: |count, _| scenes::suns(count),
+            ..usual.clone()
+        },
+        Sweep {
+            name: "glass-interfaces",
+            title: "From one interface to sixteen",
+            setup: "A glass ball of radius 0.5 m, 0.1 m over a floor, sun from 45°. Light that met more interfaces is left out.",
+            axis: "interfaces that light meets at most",
+            values: vec![1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0],
+            scene: |interfaces, _| glass::ball_of(interfaces),
+            ..usual.clone()
+        },
+        Sweep {
+            name: "glass-contact",
+            title: "A glass ball approaches contact",
+            setup: "A glass ball of radius 0.5 m that comes down to a floor, sun from 45°.",
+            axis: "gap / radius",
+            values: vec![1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3],
+            scene: |gap, _| glass::ball(gap),
+            ..usual.clone()
+        },
+        Sweep {
+            name: "glass-index",
+            title: "Glass that becomes air",
+            setup: "A ball of radius 0.5 m, 0.1 m over a floor, sun from 45°. At the end its light is its shadow, filled.",
+            axis: "index of refraction − 1",
+            values: vec![0.5, 0.2, 0.1, 0.03, 0.01, 3e-3, 1e-3],
+            scene: |excess, _| glass::faint_ball(excess),
+            ..usual.clone()
+        },
+        Sweep {
+            name: "glass-wall",
+            title: "The wall of a tube becomes thin",
+            setup: "An upright tube of glass, 0.8 m wide and 0.6 m high, 10 mm over a floor, sun from 45°.",
+            axis: "thickness of the wall / outer radius",
+            values: vec![0.5, 0.2, 0.1, 0.03, 0.01, 3e-3, 1e-3],
+            scene: |wall, _| glass::tube(wall),
+            ..usual.clone()
+        },
+        Sweep {
+            name: "glass-total-reflection",
+            title: "Near total reflection",
+            setup: "A wedge that a point of light enters at a right angle; it leaves through the slanting back, 1 m over a floor \
+                    of 8 m × 8 m.",
+            axis: "angle of total reflection − angle of incidence inside, °",
+            values: vec![20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2],
+            scene: |angle, _| glass::wedge(angle),
             ..usual
         },
     ]

@@ -1,0 +1,170 @@
+//! The scenes of the sweeps through glass: one body, one receiver, a white sun of 1 W/m².
+
+use super::scenes::{horizontal, scene, sun};
+use crate::scene::{Dielectric, Geometry, MaterialKind, Mesh, Scene};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+
+/// Radius of the ball, m.
+const RADIUS: f64 = 0.5;
+const IOR: f64 = 1.5;
+/// Half a side of the floor, m.
+const FLOOR: f64 = 1.0;
+/// Angular radius of the sun as seen from the Earth, degrees.
+const SUN: f64 = 0.2665;
+
+/// Body of revolution about the y axis. The outside is at the right of its profile, which consists of smooth curves of (radius,
+/// height) and normals; neighbours share their ends.
+fn turned(profile: &[Vec<[DVec2; 2]>]) -> Mesh {
+    const SEGMENTS: u32 = 96;
+    let mut mesh = Mesh::default();
+    for curve in profile {
+        let first = mesh.positions.len() as u32;
+        for i in 0..SEGMENTS {
+            let (sine, cosine) = (TAU * f64::from(i) / f64::from(SEGMENTS)).sin_cos();
+            let place = |p: DVec2| DVec3::new(p.x * cosine, p.y, p.x * sine);
+            mesh.positions
+                .extend(curve.iter().map(|point| place(point[0])));
+            mesh.normals
+                .extend(curve.iter().map(|point| place(point[1])));
+        }
+        let rows = curve.len() as u32;
+        for i in 0..SEGMENTS {
+            for row in 0..rows - 1 {
+                let [a, b] = [i, (i + 1) % SEGMENTS].map(|segment| first + segment * rows + row);
+                // On the axis, two corners are one.
+                if curve[row as usize][0].x > 0.0 {
+                    mesh.triangles.push([a, a + 1, b]);
+                }
+                if curve[row as usize + 1][0].x > 0.0 {
+                    mesh.triangles.push([b, a + 1, b + 1]);
+                }
+            }
+        }
+    }
+    mesh
+}
+
+/// A straight part of a profile.
+fn straight(from: DVec2, to: DVec2, rows: u32) -> Vec<[DVec2; 2]> {
+    let normal = -(to - from).perp().normalize();
+    (0..=rows)
+        .map(|row| [from.lerp(to, f64::from(row) / f64::from(rows)), normal])
+        .collect()
+}
+
+/// A body over the floor, in light from 45°.
+fn on_floor(mesh: Mesh, ior: f64) -> Scene {
+    let light = sun(DVec3::new(-1.0, 1.0, 0.15), 1.0, SUN);
+    let mut scene = scene(mesh, vec![light], horizontal(FLOOR, 0.0));
+    scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(ior));
+    for object in &mut scene.objects {
+        object.blocks_light = true;
+    }
+    scene
+}
+
+/// A ball of glass at `gap` radii over the floor.
+fn ball_at(gap: f64, ior: f64) -> Scene {
+    const ROWS: u32 = 48;
+    let height = RADIUS * (1.0 + gap);
+    let profile = (0..=ROWS).map(|row| {
+        let (sine, cosine) = (PI * (1.0 - f64::from(row) / f64::from(ROWS))).sin_cos();
+        // On the axis exactly.
+        let out = DVec2::new(if row % ROWS == 0 { 0.0 } else { sine }, cosine);
+        [RADIUS * out + height * DVec2::Y, out]
+    });
+    on_floor(turned(&[profile.collect()]), ior)
+}
+
+/// A ball of glass that comes down to the floor.
+pub fn ball(gap: f64) -> Scene {
+    ball_at(gap, IOR)
+}
+
+/// A ball whose index of refraction is more than that of air by `excess`.
+pub fn faint_ball(excess: f64) -> Scene {
+    ball_at(0.2, 1.0 + excess)
+}
+
+/// A ball of which light meets at most so many surfaces.
+pub fn ball_of(interfaces: f64) -> Scene {
+    Scene {
+        max_interfaces: interfaces as u32,
+        ..ball(0.2)
+    }
+}
+
+/// An upright tube of glass whose wall is so thick, in outer radii.
+pub fn tube(wall: f64) -> Scene {
+    const LOW: f64 = 0.01;
+    const HIGH: f64 = 0.6;
+    let outer = 0.4;
+    let inner = outer * (1.0 - wall);
+    let corners = [(inner, LOW), (outer, LOW), (outer, HIGH), (inner, HIGH)].map(DVec2::from);
+    let parts: Vec<_> = (0..4)
+        .map(|i| {
+            straight(
+                corners[i],
+                corners[(i + 1) % 4],
+                if i % 2 == 0 { 1 } else { 6 },
+            )
+        })
+        .collect();
+    on_floor(turned(&parts), IOR)
+}
+
+/// A column of triangular section that light enters at a right angle. It meets the back from inside at `angle` degrees less
+/// than the angle of total reflection.
+pub fn wedge(angle: f64) -> Scene {
+    let inside = (1.0 / IOR).asin() - angle.to_radians();
+    // A horizontal top and a slanting back below it, whose normals enclose that angle.
+    let (width, tangent) = (0.6, inside.tan());
+    let depth = width * tangent;
+    let low = 1.0;
+    let corners = [
+        DVec2::new(-width / 2.0, low + depth),
+        DVec2::new(width / 2.0, low),
+        DVec2::new(width / 2.0, low + depth),
+    ];
+    let mut mesh = Mesh::default();
+    let mut add = |points: &[DVec3]| {
+        let normal = (points[1] - points[0])
+            .cross(points[2] - points[1])
+            .normalize();
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(points);
+        mesh.normals.extend(vec![normal; points.len()]);
+        for i in 1..points.len() as u32 - 1 {
+            mesh.triangles.push([first, first + i, first + i + 1]);
+        }
+    };
+    let half = 0.3;
+    let at = |z: f64| corners.map(|corner| corner.extend(z));
+    add(&at(half));
+    let mut back = at(-half);
+    back.reverse();
+    add(&back);
+    for i in 0..3 {
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        add(&[(a, -half), (b, -half), (b, half), (a, half)].map(|(corner, z)| corner.extend(z)));
+    }
+    let mut scene = on_floor(mesh, IOR);
+    scene.lights = vec![sun(DVec3::Y, 1.0, 0.0)];
+    // Light leaves along the back, toward −x, and lands far from below the wedge.
+    let crate::scene::Geometry::Rect(floor) = &mut scene.objects[1].geometry else {
+        unreachable!("the receiver is a rect");
+    };
+    *floor = horizontal(4.0, 0.0);
+    scene
+}
+
+/// Whether the scene has a body of glass, whose light only some methods have.
+pub fn has_glass(scene: &Scene) -> bool {
+    scene.objects.iter().any(|object| {
+        matches!(
+            scene.materials[object.material].kind,
+            MaterialKind::Dielectric(_)
+        ) && matches!(object.geometry, Geometry::Mesh(_))
+    })
+}
