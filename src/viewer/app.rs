@@ -2,7 +2,7 @@
 
 use super::display::Display;
 use super::document::Document;
-use super::host::{HostOptions, no_window};
+use super::host::{HostOptions, no_window, plain};
 use super::player::{Player, Step};
 use super::quality::Quality;
 use super::report::{Recorder, Report};
@@ -115,7 +115,7 @@ impl App {
             .with_inner_size(PhysicalSize::new(width, height));
         let window = event_loop.create_window(attributes).map_err(|error| {
             no_window(
-                format!("no window can be opened: {error}"),
+                format!("no window can be opened: {}", plain(&error)),
                 "run in a graphical session, or use `nephroid render`",
             )
         })?;

@@ -378,7 +378,7 @@ fn turned_sun(direction: DVec3, azimuth: f64, up: f64) -> DVec3 {
 }
 
 /// Moves a sun.
-pub fn set_sun(state: &mut State, scene: &Scene, index: usize, toward: DVec3) {
+fn set_sun(state: &mut State, scene: &Scene, index: usize, toward: DVec3) {
     let mut kind = scene.lights[index].kind.clone();
     if let LightKind::Sun { direction, .. } = &mut kind {
         *direction = toward.normalize();

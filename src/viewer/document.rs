@@ -38,16 +38,15 @@ impl Document {
         Ok((document, loaded.warnings))
     }
 
-    /// Reads the scene again and keeps the edits that still make sense. A scene that cannot be used changes nothing.
+    /// The scene as its file is now, with the edits that still make sense, and what is odd about it.
     ///
     /// # Errors
     /// [`nephroid::Error::Input`] where the scene cannot be used.
-    pub fn reload(&mut self) -> Result<Vec<String>> {
+    pub fn reloaded(&self) -> Result<(Self, Vec<String>)> {
         let (mut new, warnings) = Self::open(&self.path)?;
-        new.history = std::mem::take(&mut self.history);
+        new.history = self.history.clone();
         new.history.carry_over(&self.base, &new.base);
-        *self = new;
-        Ok(warnings)
+        Ok((new, warnings))
     }
 
     /// Time after which nothing changes; `None` where there is none.

@@ -4,6 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use nephroid::glam;
 use nephroid::scene::{Camera, Geometry, LightKind, MaterialKind, Scene, Similarity};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Where an object is, seen from its place in the scene file: turned about its pivot, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,10 +51,32 @@ impl PartialEq for Edits {
         };
         same_camera
             && self.exposure_ev == other.exposure_ev
-            && self.lights == other.lights
+            && self.lights.keys().eq(other.lights.keys())
+            && (self.lights.values().zip(other.lights.values())).all(|(a, b)| same_light(a, b))
             && self.materials == other.materials
             && self.objects == other.objects
             && self.light_maps == other.light_maps
+    }
+}
+
+/// Whether two lights are equal. The pixels of their environments are not compared: all are of one scene.
+pub fn same_light(a: &LightKind, b: &LightKind) -> bool {
+    match (a, b) {
+        (
+            LightKind::Environment {
+                map: m0,
+                scale: s0,
+                rotation: r0,
+                casts_caustics: c0,
+            },
+            LightKind::Environment {
+                map: m1,
+                scale: s1,
+                rotation: r1,
+                casts_caustics: c1,
+            },
+        ) => Arc::ptr_eq(m0, m1) && (s0, r0, c0) == (s1, r1, c1),
+        (a, b) => a == b,
     }
 }
 
@@ -111,7 +134,10 @@ impl Edits {
         Self {
             exposure_ev: self.exposure_ev,
             camera: self.camera.clone(),
-            lights: carried(&self.lights, light),
+            lights: carried(&self.lights, light)
+                .into_iter()
+                .map(|(index, kind)| (index, with_map_of(kind, &new.lights[index].kind)))
+                .collect(),
             materials: carried(&self.materials, material),
             objects: carried(&self.objects, object),
             light_maps: carried(&self.light_maps, |i| {
@@ -119,6 +145,16 @@ impl Edits {
             }),
         }
     }
+}
+
+/// The light with the environment's image of `new`.
+fn with_map_of(mut kind: LightKind, new: &LightKind) -> LightKind {
+    if let (LightKind::Environment { map, .. }, LightKind::Environment { map: read, .. }) =
+        (&mut kind, new)
+    {
+        *map = read.clone();
+    }
+    kind
 }
 
 fn carried<T: Clone>(

@@ -49,6 +49,13 @@ pub fn no_window(reason: impl Into<String>, remedy: &str) -> Error {
     }
 }
 
+/// What winit says of the system, without the place in winit's source.
+pub fn plain(error: &impl std::fmt::Display) -> String {
+    let text = error.to_string();
+    let reason = (text.split_once(".rs:")).and_then(|(_, rest)| rest.split_once(": "));
+    reason.map_or(text.clone(), |(_, reason)| reason.to_owned())
+}
+
 /// Turns a failed Vulkan call into an error that names what was being done.
 pub fn failed(action: &str) -> impl FnOnce(vk::Result) -> Error + '_ {
     move |result| {
@@ -364,4 +371,14 @@ fn device(
     // SAFETY: features, extension and queue were checked.
     unsafe { instance.create_device(chosen.physical, &info, None) }
         .map_err(failed("opening the device"))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn errors_name_no_source_file() {
+        let text = "os error at /root/winit/src/linux/mod.rs:788: Failed to open connection";
+        assert_eq!(super::plain(&text), "Failed to open connection");
+        assert_eq!(super::plain(&"not supported"), "not supported");
+    }
 }

@@ -62,13 +62,17 @@ pub fn run(options: Options, start: Instant) -> Result<Option<Report>> {
     winit::platform::windows::EventLoopBuilderExtWindows::with_any_thread(&mut builder, true);
     let event_loop = builder.build().map_err(|error| {
         host::no_window(
-            format!("there is no display: {error}"),
+            format!("there is no display: {}", host::plain(&error)),
             "run in a graphical session (on Linux with DISPLAY or WAYLAND_DISPLAY set), or use `nephroid render`",
         )
     })?;
     let ended = event_loop.run_app(&mut app);
     let report = app.finish()?;
-    ended
-        .map_err(|error| host::no_window(format!("the display is gone: {error}"), "start again"))?;
+    ended.map_err(|error| {
+        host::no_window(
+            format!("the display is gone: {}", host::plain(&error)),
+            "start again",
+        )
+    })?;
     Ok(report)
 }

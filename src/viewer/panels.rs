@@ -1,14 +1,14 @@
 //! The panels: settings, lights, materials and objects, the time line, and windows over the picture.
 
-use super::controls::{self, set_sun};
+use super::controls;
 use super::dialogs;
-use super::edits::Placement;
+use super::edits::{Placement, same_light};
 use super::handles::sky_dial;
 use super::profiler_panel;
 use super::quality::{Aim, ERRORS};
 use super::state::{Selected, State};
-use super::widgets::{color, settled, settled_value, triple};
-use egui::{ComboBox, Id, Panel, RichText, ScrollArea, Slider, Ui};
+use super::widgets::{color, settled, settled_value, slide, slide_angle, triple};
+use egui::{ComboBox, Id, Panel, RichText, ScrollArea, Ui};
 use glam::DQuat;
 use nephroid::glam;
 use nephroid::render::Method;
@@ -104,23 +104,21 @@ fn method(ui: &mut Ui, state: &mut State) {
     });
     match &mut quality.aim {
         Aim::Error(error) => {
-            let mut percent = 100.0 * *error;
-            let range = 100.0 * ERRORS.start()..=100.0 * ERRORS.end();
-            ui.add(
-                Slider::new(&mut percent, range)
-                    .logarithmic(true)
-                    .suffix(" %")
-                    .text("L1 error"),
-            );
-            *error = percent / 100.0;
+            let mut percent = 100.0 * f64::from(*error);
+            let range = 100.0 * f64::from(*ERRORS.start())..=100.0 * f64::from(*ERRORS.end());
+            if slide(ui, &mut percent, range, |s| {
+                s.logarithmic(true).suffix(" %").text("L1 error")
+            }) {
+                *error = (percent / 100.0) as f32;
+            }
         }
         Aim::Budget(ms) => {
-            ui.add(
-                Slider::new(ms, 1.0..=1000.0)
-                    .logarithmic(true)
-                    .suffix(" ms")
-                    .text("frame budget"),
-            );
+            let mut shown = f64::from(*ms);
+            if slide(ui, &mut shown, 1.0..=1000.0, |s| {
+                s.logarithmic(true).suffix(" ms").text("frame budget")
+            }) {
+                *ms = shown as f32;
+            }
         }
         Aim::Samples(samples) => settled(ui, "samples", samples, 1..=4_000_000, ""),
     }
@@ -149,33 +147,31 @@ fn method(ui: &mut Ui, state: &mut State) {
         }
         ui.label("×");
     });
-    ui.add(Slider::new(&mut quality.antialias, 1..=4).text("antialias, samples per side"));
-    ui.add(Slider::new(&mut quality.resolution, 0.25..=1.0).text("resolution, of the window's"));
+    ui.horizontal(|ui| {
+        ui.label("antialias");
+        for side in [1, 2, 3, 4] {
+            ui.radio_value(&mut quality.antialias, side, format!("{side}²"));
+        }
+    });
+    let mut resolution = f64::from(quality.resolution);
+    if slide(ui, &mut resolution, 0.25..=1.0, |s| {
+        s.text("resolution, of the window's")
+    }) {
+        quality.resolution = resolution as f32;
+    }
     ui.checkbox(&mut quality.refines, "refine a still picture");
 }
 
 fn camera(ui: &mut Ui, state: &mut State, scene: &Scene) {
     let mut exposure_ev = scene.camera.exposure_ev;
-    if ui
-        .add(
-            Slider::new(&mut exposure_ev, -10.0..=10.0)
-                .suffix(" EV")
-                .text("exposure"),
-        )
-        .changed()
-    {
+    if slide(ui, &mut exposure_ev, -10.0..=10.0, |s| {
+        s.suffix(" EV").text("exposure")
+    }) {
         state.document.history.now.exposure_ev = Some(exposure_ev);
     }
-    let mut fov = scene.camera.fov.to_degrees();
-    if ui
-        .add(
-            Slider::new(&mut fov, 5.0..=120.0)
-                .suffix("°")
-                .text("vertical field of view"),
-        )
-        .changed()
-    {
-        state.move_camera(|camera| camera.fov = fov.to_radians());
+    let mut fov = scene.camera.fov;
+    if slide_angle(ui, &mut fov, 5.0..=120.0, "vertical field of view") {
+        state.move_camera(|camera| camera.fov = fov);
     }
     ui.horizontal(|ui| {
         if ui
@@ -215,74 +211,32 @@ fn lights(ui: &mut Ui, state: &mut State, scene: &Scene) {
                 }
                 let elevation = direction.y.clamp(-1.0, 1.0).asin().to_degrees();
                 ui.label(format!("elevation {elevation:.1}°"));
-                triple(ui, "irradiance", irradiance, 0.01, " W/m²");
-                let mut degrees = angular_radius.to_degrees();
-                ui.add(
-                    Slider::new(&mut degrees, 0.0..=10.0)
-                        .suffix("°")
-                        .text("angular radius"),
-                );
-                *angular_radius = degrees.to_radians();
+                triple(ui, "irradiance", irradiance, 0.0, 0.01, "W/m²");
+                slide_angle(ui, angular_radius, 0.0..=10.0, "angular radius");
             }
             LightKind::Lamp {
                 position,
                 radius,
                 radiant_flux,
             } => {
-                triple(ui, "position", position, 0.01, " m");
-                ui.add(
-                    Slider::new(radius, 1e-4..=10.0)
-                        .logarithmic(true)
-                        .suffix(" m")
-                        .text("radius"),
-                );
-                triple(ui, "flux", radiant_flux, 0.1, " W");
+                triple(ui, "position", position, -1e9, 0.01, "m");
+                slide(ui, radius, 1e-4..=10.0, |s| {
+                    s.logarithmic(true).suffix(" m").text("radius")
+                });
+                triple(ui, "flux", radiant_flux, 0.0, 0.1, "W");
             }
             LightKind::Environment {
                 scale, rotation, ..
             } => {
-                ui.add(
-                    Slider::new(scale, 0.0..=100.0)
-                        .logarithmic(true)
-                        .text("scale"),
-                );
-                let mut degrees = rotation.to_degrees();
-                ui.add(
-                    Slider::new(&mut degrees, -180.0..=180.0)
-                        .suffix("°")
-                        .text("rotation"),
-                );
-                *rotation = degrees.to_radians();
+                slide(ui, scale, 0.0..=100.0, |s| {
+                    s.logarithmic(true).text("scale")
+                });
+                slide_angle(ui, rotation, -180.0..=180.0, "rotation");
             }
         });
-        if kind != light.kind {
-            match kind {
-                LightKind::Sun { direction, .. } if only_direction(&kind, &light.kind) => {
-                    set_sun(state, scene, index, direction);
-                }
-                kind => {
-                    state.document.history.now.lights.insert(index, kind);
-                }
-            }
+        if !same_light(&kind, &light.kind) {
+            state.document.history.now.lights.insert(index, kind);
         }
-    }
-}
-
-fn only_direction(a: &LightKind, b: &LightKind) -> bool {
-    match (a, b) {
-        (
-            LightKind::Sun {
-                irradiance: e0,
-                angular_radius: r0,
-                ..
-            },
-            LightKind::Sun {
-                irradiance: e1,
-                angular_radius: r1,
-                ..
-            },
-        ) => e0 == e1 && r0 == r1,
-        _ => false,
     }
 }
 
@@ -298,9 +252,9 @@ fn materials(ui: &mut Ui, state: &mut State, scene: &Scene) {
                 thin,
                 ..
             }) => {
-                ui.add(Slider::new(ior, 1.0..=3.0).text("index of refraction"));
+                slide(ui, ior, 1.0..=3.0, |s| s.text("index of refraction"));
                 if !*thin {
-                    triple(ui, "absorption", absorption, 0.1, " 1/m");
+                    triple(ui, "absorption", absorption, 0.0, 0.1, "1/m");
                 }
             }
             MaterialKind::Conductor { index, extinction } => {
@@ -337,7 +291,7 @@ fn objects(ui: &mut Ui, state: &mut State, scene: &Scene) {
                 .copied()
                 .unwrap_or(Placement::REST);
             let before = placement;
-            triple(ui, "moved by", &mut placement.shift, 0.01, " m");
+            triple(ui, "moved by", &mut placement.shift, -1e9, 0.01, "m");
             let (axis, angle) = placement.rotation.to_axis_angle();
             ui.horizontal(|ui| {
                 ui.label(format!(
@@ -400,11 +354,9 @@ fn time_line(ui: &mut Ui, state: &mut State) {
             ui.checkbox(&mut playback.loops, "loop");
             ui.spacing_mut().slider_width = (ui.available_width() - 260.0).max(80.0);
             let length = playback.length;
-            ui.add(
-                Slider::new(&mut playback.time, 0.0..=length)
-                    .suffix(" s")
-                    .fixed_decimals(2),
-            );
+            slide(ui, &mut playback.time, 0.0..=length, |s| {
+                s.suffix(" s").fixed_decimals(2)
+            });
         }
         if let Some(times) = state.profiler.recent(30) {
             ui.label(format!(

@@ -135,51 +135,54 @@ impl Session {
             return;
         }
         self.needs_frame = true;
-        match self.state.document.reload() {
-            Ok(warnings) => {
-                self.state
-                    .messages
-                    .retain(|(severity, _)| *severity != Severity::Error);
-                self.state.tell(Severity::Note, "the scene was read again");
-                for warning in warnings {
-                    self.state.tell(Severity::Note, warning);
+        match self.state.document.reloaded() {
+            Ok((document, warnings)) => {
+                (self.state.messages).retain(|(severity, _)| *severity != Severity::Error);
+                if self.set_document(document, warnings) {
+                    self.state.tell(Severity::Note, "the scene was read again");
                 }
-                self.set_document();
             }
             Err(error) => self.state.tell(Severity::Error, error.to_string()),
         }
-    }
-
-    /// Shows a document that is another than before.
-    fn set_document(&mut self) {
-        self.state.reloaded();
-        self.watch = watch(&self.state.document);
-        self.shown = None;
-        let scene = self.state.scene();
-        if let Err(error) = self
-            .display
-            .set_scene(&scene, &self.state.quality.settings())
-        {
-            self.state.tell(Severity::Error, error.to_string());
-        }
-        self.made_for = self.state.quality.clone();
     }
 
     fn open_scene(&mut self, path: &Path) {
         match Document::open(path) {
             Ok((document, warnings)) => {
-                self.state.document = document;
-                self.state.camera = None;
-                self.state.playback.time = 0.0;
-                for warning in warnings {
-                    self.state.tell(Severity::Note, warning);
+                if self.set_document(document, warnings) {
+                    self.state.camera = None;
+                    self.state.playback.time = 0.0;
+                    let name = path.file_name().unwrap_or_default().to_string_lossy();
+                    self.window.set_title(&format!("{name} – nephroid"));
                 }
-                self.set_document();
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                self.window.set_title(&format!("{name} – nephroid"));
             }
             Err(error) => self.state.tell(Severity::Error, error.to_string()),
         }
+    }
+
+    /// Shows another document; whether it can be rendered. If not, the last one stays.
+    fn set_document(&mut self, document: Document, warnings: Vec<String>) -> bool {
+        for warning in warnings {
+            self.state.tell(Severity::Note, warning);
+        }
+        let last = std::mem::replace(&mut self.state.document, document);
+        self.state.reloaded();
+        let scene = self.state.scene();
+        let settings = self.state.quality.settings();
+        if let Err(error) = self.display.set_scene(&scene, &settings) {
+            self.state.tell(Severity::Error, error.to_string());
+            self.state.document = last;
+            self.state.reloaded();
+            return false;
+        }
+        self.watch = watch(&self.state.document);
+        self.made_for = self.state.quality.clone();
+        self.last_good = (
+            self.made_for.clone(),
+            self.state.document.history.now.clone(),
+        );
+        self.shown = None;
+        true
     }
 
     /// Runs the panels on the input.
@@ -255,7 +258,7 @@ impl Session {
         self.advance();
         let panels = self.run_panels(player);
         let screenshot = self.handle_requests();
-        self.set_quality()?;
+        self.set_quality();
         let window_size = self.display.size();
         let resolution = self.state.quality.resolution;
         let size = window_size.map(|side| ((side as f32 * resolution).round() as u32).max(1));
@@ -300,6 +303,9 @@ impl Session {
         let drawn = self.display.draw(draw)?;
         if !drawn.is_drawn {
             self.needs_frame = true;
+            self.state
+                .requests
+                .extend(screenshot.map(Request::Screenshot));
             return Ok(None);
         }
         if has_picture {
@@ -386,9 +392,9 @@ impl Session {
     }
 
     /// Makes a renderer for another quality. Where that fails, the quality stays as it was.
-    fn set_quality(&mut self) -> Result<()> {
+    fn set_quality(&mut self) {
         if self.state.quality.same_renderer(&self.made_for) {
-            return Ok(());
+            return;
         }
         let scene = self.state.scene();
         match self
@@ -404,7 +410,6 @@ impl Session {
                 self.state.quality = self.made_for.clone();
             }
         }
-        Ok(())
     }
 
     /// Takes the scene over to the device; whether it can be rendered.
@@ -421,9 +426,10 @@ impl Session {
         };
         self.state.tell(Severity::Error, error.to_string());
         let (quality, edits) = self.last_good.clone();
-        self.state.quality = quality;
-        self.state.document.history.now = edits;
-        self.needs_frame = true;
+        let history = &mut self.state.document.history;
+        // What cannot be undone is not tried again in every frame.
+        self.needs_frame = quality != self.state.quality || edits != history.now;
+        (self.state.quality, history.now) = (quality, edits);
         Ok(false)
     }
 

@@ -1,17 +1,50 @@
 //! Numbers of panels.
 
-use egui::{DragValue, Id, Ui};
+use egui::{DragValue, Id, Slider, SliderClamping, Ui};
 use glam::DVec3;
 use nephroid::glam;
+use std::ops::RangeInclusive;
 
-/// Three numbers with a unit.
-pub fn triple(ui: &mut Ui, name: &str, value: &mut DVec3, speed: f64, unit: &str) {
+/// Largest number of a scene file's coordinates.
+const MAX_NUMBER: f64 = 1e9;
+
+/// A slider that leaves the value as it is, to the last bit, until it is moved.
+pub fn slide(
+    ui: &mut Ui,
+    value: &mut f64,
+    range: RangeInclusive<f64>,
+    style: impl for<'a> FnOnce(Slider<'a>) -> Slider<'a>,
+) -> bool {
+    let mut shown = *value;
+    let slider = Slider::new(&mut shown, range).clamping(SliderClamping::Edits);
+    let is_moved = ui.add(style(slider)).changed();
+    if is_moved {
+        *value = shown;
+    }
+    is_moved
+}
+
+/// The same for an angle in rad, which is shown in degrees.
+pub fn slide_angle(ui: &mut Ui, angle: &mut f64, degrees: RangeInclusive<f64>, name: &str) -> bool {
+    let mut shown = angle.to_degrees();
+    let is_moved = slide(ui, &mut shown, degrees, |slider| {
+        slider.suffix("°").text(name)
+    });
+    if is_moved {
+        *angle = shown.to_radians();
+    }
+    is_moved
+}
+
+/// Three numbers with a unit, `least` or more.
+pub fn triple(ui: &mut Ui, name: &str, value: &mut DVec3, least: f64, speed: f64, unit: &str) {
     ui.horizontal(|ui| {
         ui.label(name);
         for part in value.as_mut() {
-            ui.add(DragValue::new(part).speed(speed).max_decimals(4));
+            let number = DragValue::new(part).speed(speed).max_decimals(4);
+            ui.add(number.range(least..=MAX_NUMBER));
         }
-        ui.label(unit.trim());
+        ui.label(unit);
     });
 }
 
@@ -32,13 +65,7 @@ pub fn color(ui: &mut Ui, name: &str, value: &mut DVec3) {
 }
 
 /// A number whose change is costly: it counts when the drag or the typing ends.
-pub fn settled(
-    ui: &mut Ui,
-    name: &str,
-    value: &mut u32,
-    range: std::ops::RangeInclusive<u32>,
-    unit: &str,
-) {
+pub fn settled(ui: &mut Ui, name: &str, value: &mut u32, range: RangeInclusive<u32>, unit: &str) {
     ui.horizontal(|ui| {
         settled_value(ui, Id::new(name), value, range, unit);
         ui.label(name);
@@ -46,13 +73,7 @@ pub fn settled(
 }
 
 /// As [`settled`], without a name. `id` is of the number.
-pub fn settled_value(
-    ui: &mut Ui,
-    id: Id,
-    value: &mut u32,
-    range: std::ops::RangeInclusive<u32>,
-    unit: &str,
-) {
+pub fn settled_value(ui: &mut Ui, id: Id, value: &mut u32, range: RangeInclusive<u32>, unit: &str) {
     let mut shown = ui.data(|data| data.get_temp(id)).unwrap_or(*value);
     let speed = f64::from(shown / 100).max(1.0);
     let response = ui.add(
