@@ -32,7 +32,7 @@ pub const KEYS: &[(&str, &str)] = &[
     ("click", "select an object or a light"),
     ("drag a handle", "move or turn what is selected"),
     ("drag a sun's mark", "move the sun over the sky"),
-    ("Esc", "select nothing"),
+    ("Esc", "select nothing, dismiss messages"),
     ("F", "look at what is selected"),
     ("Space", "play or pause"),
     (", and .", "a step back or forward"),
@@ -121,6 +121,7 @@ pub fn keys(context: &Context, state: &mut State) {
         (Key::Escape, |state| {
             state.selected = None;
             state.windows.help = false;
+            state.messages.clear();
         }),
         (Key::F, focus),
         (Key::Questionmark, |state| {

@@ -11,13 +11,13 @@ pub fn show(context: &Context, state: &mut State) {
     save_dialog(context, state);
 }
 
-fn messages(context: &Context, state: &mut State) {
+/// The pointer goes through them to the picture.
+fn messages(context: &Context, state: &State) {
     if state.messages.is_empty() {
         return;
     }
     let area = egui::Area::new(Id::new("messages")).anchor(Align2::LEFT_TOP, [8.0, 8.0]);
-    let mut is_dismissed = false;
-    area.show(context, |ui| {
+    area.interactable(false).show(context, |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(560.0);
             for (severity, text) in &state.messages {
@@ -27,12 +27,9 @@ fn messages(context: &Context, state: &mut State) {
                 };
                 ui.label(RichText::new(text).color(color));
             }
-            is_dismissed = ui.small_button("Dismiss").clicked();
+            ui.label(RichText::new("Esc dismisses").small().weak());
         });
     });
-    if is_dismissed {
-        state.messages.clear();
-    }
 }
 
 fn help(context: &Context, state: &mut State) {
