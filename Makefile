@@ -1,6 +1,6 @@
 # The commands of the README. They install what the system lacks (see .ci/setup).
 
-.PHONY: demo test fuzz drivers accuracy bench
+.PHONY: demo view test fuzz drivers accuracy bench
 .SILENT:
 
 # A picture of a metal ring and its caustic.
@@ -9,10 +9,15 @@ demo:
 	cargo build --release
 	./target/release/nephroid render assets/scenes/ring.toml -o ring.png
 
+# A window on the same scene: docs/viewer.md.
+view:
+	.ci/setup view
+	cargo run --release --features viewer -- view assets/scenes/ring.toml
+
 # All tests, under the validation layers. Two at a time: each keeps the device busy by itself.
 test:
 	.ci/setup test
-	cargo test --release -- --test-threads=2
+	cargo test --release --features viewer -- --test-threads=2
 
 # The same scenes and tests on lavapipe 25 and SwiftShader (docs/drivers.md): long.
 drivers:

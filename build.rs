@@ -48,7 +48,18 @@ fn compile_all() -> Result<(), String> {
     }
 
     let compiler = Compiler::find()?;
-    compile_example(&compiler)?;
+    compile_files(
+        &compiler,
+        Path::new("examples/embed_ash"),
+        ["floor.vert", "floor.frag"],
+    )?;
+    if std::env::var_os("CARGO_FEATURE_VIEWER").is_some() {
+        compile_files(
+            &compiler,
+            Path::new("glsl/viewer"),
+            ["present.vert", "present.frag"],
+        )?;
+    }
     let mut table = String::from("use super::{Binding, BindingKind, Shader, StructLayout};\n");
     let mut layouts = BTreeMap::new();
     let mut messages = String::new();
@@ -130,13 +141,13 @@ fn share_constants() -> Result<(), String> {
     std::fs::write(&file, constants).map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// The shaders of `examples/embed_ash`, as files; not where the examples are not there.
+/// Shaders of a host, as files: of `examples/embed_ash`, which is not in every copy of the source, and of the viewer.
 ///
 /// # Errors
 /// As [`compile_all`].
-fn compile_example(compiler: &Compiler) -> Result<(), String> {
-    for name in ["floor.vert", "floor.frag"] {
-        let source = Path::new("examples/embed_ash").join(name);
+fn compile_files(compiler: &Compiler, folder: &Path, names: [&str; 2]) -> Result<(), String> {
+    for name in names {
+        let source = folder.join(name);
         if source.exists() {
             println!("cargo::rerun-if-changed={}", source.display());
             let words = compiler.compile(&source, None)?;

@@ -46,6 +46,10 @@ pub enum Error {
     #[error("{reason}\n  remedy: {remedy}")]
     Host { reason: String, remedy: String },
 
+    /// No display, or no window or surface on it.
+    #[error("{reason}\n  remedy: {remedy}")]
+    Window { reason: String, remedy: String },
+
     /// The validation layers complained.
     #[error("{} validation message(s), the first: {first}", count)]
     Validation { count: usize, first: String },

@@ -81,6 +81,7 @@
 //!
 //! `cli`, on by default, has the program and what only it and the tests need: [`mod@reference`] and [`measure`]. A
 //! host application does without, by `default-features = false`, and builds less than half as many crates.
+//! `viewer` adds the window of the program, `nephroid view`; it is a host of the library (`docs/viewer.md`).
 //! `bundled-shaderc` compiles the shaders where no `glslc` is installed.
 
 pub mod error;

@@ -1,6 +1,8 @@
 //! The command line: parse, run, exit code.
 
 mod cli;
+#[cfg(feature = "viewer")]
+mod viewer;
 
 use clap::Parser;
 use std::process::ExitCode;

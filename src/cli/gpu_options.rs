@@ -79,7 +79,7 @@ pub struct GpuOptions {
     pub json: bool,
 }
 
-fn method_parser() -> impl TypedValueParser<Value = Method> {
+pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL, Method::name, |method| match method {
         Method::Footprint => "Patches are imaged to footprints, which are added up",
         Method::Pinhole => "Every texel gathers over all patches (Wand & Straßer 2003)",
@@ -111,12 +111,12 @@ fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     })
 }
 
-fn relative_error(text: &str) -> Result<f32, String> {
+pub(super) fn relative_error(text: &str) -> Result<f32, String> {
     let value = text.parse().ok().filter(|x: &f32| (1e-4..=1.0).contains(x));
     value.ok_or("give a relative error from 0.0001 to 1, such as 0.02 for 2 %".into())
 }
 
-fn budget(text: &str) -> Result<Duration, String> {
+pub(super) fn budget(text: &str) -> Result<Duration, String> {
     let milliseconds = text.parse().ok().filter(|x: &f64| (0.1..=1e5).contains(x));
     let seconds = milliseconds.map(|milliseconds| Duration::from_secs_f64(1e-3 * milliseconds));
     seconds.ok_or("give milliseconds from 0.1 to 100000, such as 16".into())

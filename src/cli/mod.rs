@@ -14,6 +14,11 @@ pub mod signals;
 mod stress;
 pub mod terminal;
 mod timeline;
+#[cfg(feature = "viewer")]
+mod view;
+#[cfg(not(feature = "viewer"))]
+#[path = "no_view.rs"]
+mod view;
 
 use clap::{Parser, Subcommand};
 use nephroid::scene::{self, Loaded, MAX_LIGHT_MAP_SIDE, light_map_side};
@@ -32,6 +37,7 @@ pub struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    View(view::Arguments),
     Render(render::Arguments),
     Bake(bake::Arguments),
     Reference(reference::Arguments),
@@ -46,6 +52,7 @@ impl Cli {
     /// Does what the command line asks for.
     pub fn run(self) -> Result<()> {
         match self.command {
+            Command::View(arguments) => view::run(&arguments),
             Command::Render(arguments) => render::run(&arguments),
             Command::Bake(arguments) => bake::run(&arguments),
             Command::Reference(arguments) => reference::run(&arguments),
@@ -73,7 +80,7 @@ pub fn exit_code(error: &Error) -> u8 {
         Error::Validation { .. } => 1,
         Error::Usage { .. } | Error::Output { .. } => 2,
         Error::Input { .. } => 3,
-        Error::NoDevice { .. } | Error::Host { .. } => 4,
+        Error::NoDevice { .. } | Error::Host { .. } | Error::Window { .. } => 4,
         Error::Device { .. } => 5,
         Error::Frames { .. } => 6,
         Error::Cancelled => signals::exit_code(),

@@ -260,67 +260,70 @@ pub struct Opened {
     pub properties: vk::PhysicalDeviceProperties,
 }
 
+/// A device that can do the work, and its queue family for graphics and compute.
+#[derive(Debug, Clone)]
+pub struct SuitableDevice {
+    pub physical: vk::PhysicalDevice,
+    pub queue_family: u32,
+    pub info: DeviceInfo,
+}
+
+/// The device whose index or part of the name is `wanted`, or all that can do the work, best first: at least one.
+///
+/// # Errors
+/// [`crate::Error::NoDevice`] where there is none or it cannot do the work.
+pub(super) fn suitable(instance: &Instance, wanted: Option<&str>) -> Result<Vec<SuitableDevice>> {
+    let mut devices: Vec<_> = ranked_devices(instance)?
+        .into_iter()
+        .map(|device| (device, describe(instance, device)))
+        .collect();
+    if let Some(wanted) = wanted {
+        let by_index = wanted.parse().ok().filter(|index| *index < devices.len());
+        let lower = wanted.to_lowercase();
+        let by_name = |(_, info): &(_, DeviceInfo)| info.name.to_lowercase().contains(&lower);
+        let Some(index) = by_index.or_else(|| devices.iter().position(by_name)) else {
+            let found: Vec<_> = devices.iter().map(|(_, info)| info.name.as_str()).collect();
+            return Err(no_device(
+                format!("none is called {wanted:?}; there is: {}", found.join(", ")),
+                "choose a device by its index or a part of its name",
+            ));
+        };
+        devices = vec![devices.swap_remove(index)];
+    }
+    let unsuitable = |(_, info): &(_, DeviceInfo)| {
+        let reason = info.unsuitable.as_deref().unwrap_or_default();
+        format!("{}: {reason}", info.name)
+    };
+    let first = unsuitable(&devices[0]);
+    devices.retain(|(_, info)| info.unsuitable.is_none());
+    if devices.is_empty() {
+        let remedy = match wanted {
+            Some(_) => "choose another device or update the driver",
+            None => INSTALL_DRIVER,
+        };
+        return Err(no_device(first, remedy));
+    }
+    let with_family = |(physical, info)| SuitableDevice {
+        physical,
+        queue_family: queue_family(instance, physical).expect("checked by `unsuitable`"),
+        info,
+    };
+    Ok(devices.into_iter().map(with_family).collect())
+}
+
 /// Opens the device that `options` ask for.
 ///
 /// # Errors
 /// [`crate::Error::NoDevice`] where there is none or it cannot do the work.
 pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
-    let devices: Vec<_> = ranked_devices(instance)?
-        .into_iter()
-        .map(|device| (device, describe(instance, device)))
-        .collect();
-    let found = || {
-        devices
-            .iter()
-            .map(|(_, info)| info.name.as_str())
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
-    let (physical, info) = match &options.device {
-        Some(wanted) => {
-            let by_index = wanted
-                .parse::<usize>()
-                .ok()
-                .and_then(|index| devices.get(index));
-            let lower = wanted.to_lowercase();
-            by_index
-                .or_else(|| {
-                    devices
-                        .iter()
-                        .find(|(_, info)| info.name.to_lowercase().contains(&lower))
-                })
-                .ok_or_else(|| {
-                    no_device(
-                        format!("none is called {wanted:?}; there is: {}", found()),
-                        "choose a device by its index or a part of its name",
-                    )
-                })?
-        }
-        None => devices
-            .iter()
-            .find(|(_, info)| info.unsuitable.is_none())
-            .ok_or_else(|| {
-                let (_, info) = &devices[0];
-                no_device(
-                    format!(
-                        "{}: {}",
-                        info.name,
-                        info.unsuitable.as_deref().unwrap_or_default()
-                    ),
-                    INSTALL_DRIVER,
-                )
-            })?,
-    };
-    if let Some(reason) = &info.unsuitable {
-        return Err(no_device(
-            format!("{}: {reason}", info.name),
-            "choose another device or update the driver",
-        ));
-    }
-    let family = queue_family(instance, *physical).expect("checked by `unsuitable`");
+    let SuitableDevice {
+        physical,
+        queue_family: family,
+        info,
+    } = suitable(instance, options.device.as_deref())?.swap_remove(0);
 
     // SAFETY: a valid physical device.
-    let supported = unsafe { instance.get_physical_device_features(*physical) };
+    let supported = unsafe { instance.get_physical_device_features(physical) };
     let mut features = vk::PhysicalDeviceFeatures::default();
     if options.validate {
         // GPU-assisted validation writes its findings from every stage.
@@ -336,7 +339,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
         .enabled_features(&features)
         .push_next(&mut v13);
     // SAFETY: features and queue were checked above.
-    let device = unsafe { instance.create_device(*physical, &create, None) }.map_err(|error| {
+    let device = unsafe { instance.create_device(physical, &create, None) }.map_err(|error| {
         no_device(
             format!("{} cannot be opened: {error}", info.name),
             "choose another device",
@@ -346,13 +349,7 @@ pub fn open(instance: &Instance, options: &ContextOptions) -> Result<Opened> {
         functions: device,
         is_ours: true,
     };
-    Ok(Opened::new(
-        instance,
-        *physical,
-        device,
-        info.clone(),
-        family,
-    ))
+    Ok(Opened::new(instance, physical, device, info, family))
 }
 
 impl Opened {

@@ -1,6 +1,6 @@
 //! The device of a host application.
 
-use super::device::{Device, Opened, describe};
+use super::device::{Device, Opened, SuitableDevice, describe, suitable};
 use super::instance::Instance;
 use super::requirements::Requirements;
 use crate::error::{Error, Result};
@@ -22,6 +22,23 @@ pub struct External {
     pub features: vk::PhysicalDeviceVulkan13Features<'static>,
     /// For all memory; else an allocator of its own.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
+}
+
+/// The devices that a host can use, best first, at least one: the one whose index or part of the name is `wanted`, or all that
+/// can do the work.
+///
+/// # Errors
+/// [`Error::NoDevice`] where there is none.
+///
+/// # Safety
+/// `instance` is a valid instance for Vulkan 1.3, made from `entry`.
+pub unsafe fn suitable_devices(
+    entry: &ash::Entry,
+    instance: &ash::Instance,
+    wanted: Option<&str>,
+) -> Result<Vec<SuitableDevice>> {
+    let instance = Instance::of_host(entry.clone(), instance.clone());
+    suitable(&instance, wanted)
 }
 
 /// The device of a host, if it has what [`super::Context::requirements`] names.

@@ -5,6 +5,7 @@ use super::timestamps::Timestamps;
 use super::{Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
+use std::collections::VecDeque;
 use std::ffi::CString;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -67,6 +68,10 @@ pub struct Recorder {
     timestamps: Timestamps,
     /// Passes recorded since the last submission.
     open: Vec<&'static str>,
+    /// Number of a host's frames that may be in flight while their passes are timed; 0 while they are not.
+    timed_frames: usize,
+    /// Timestamps and passes of the last frames of a host.
+    in_flight: VecDeque<(Timestamps, Vec<&'static str>)>,
     /// Passes since [`Recorder::begin_frame`].
     times: Vec<PassTime>,
     submissions: Submissions,
@@ -92,7 +97,50 @@ impl Recorder {
     /// What cannot be run among what was recorded: the host must not submit it.
     pub fn end_host(&mut self) -> Result<()> {
         self.recording = false;
+        if self.timed_frames > 0 {
+            let timestamps =
+                std::mem::replace(&mut self.timestamps, Timestamps::new(&self.context));
+            let passes = std::mem::take(&mut self.open);
+            self.in_flight.push_back((timestamps, passes));
+        }
         self.refused.take().map_or(Ok(()), Err)
+    }
+
+    /// Leaves out the times of the last frame, which the host does not submit.
+    pub fn forget_last(&mut self) {
+        if self.timed_frames > 0 {
+            self.in_flight.pop_back();
+        }
+    }
+
+    /// Times the passes of a host's frames from the next one on, of which `frames` may be in flight; 0 ends it.
+    pub fn time_frames(&mut self, frames: u32) {
+        self.timed_frames = frames as usize;
+    }
+
+    /// Reads the times of the host's frame before those in flight, which has ended. Called before every frame.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn read_host_times(&mut self) -> Result<()> {
+        self.times.clear();
+        if self.timed_frames == 0 || self.in_flight.len() < self.timed_frames {
+            return Ok(());
+        }
+        if let Some((mut timestamps, passes)) = self.in_flight.pop_front() {
+            let durations = timestamps.read()?;
+            let times = passes
+                .into_iter()
+                .enumerate()
+                .map(|(index, name)| PassTime {
+                    name,
+                    gpu: durations.get(index).copied(),
+                    wall: None,
+                });
+            self.times.extend(times);
+            self.timestamps = timestamps;
+        }
+        Ok(())
     }
 
     pub fn is_ours(&self) -> bool {
@@ -109,6 +157,8 @@ impl Recorder {
             fence: vk::Fence::null(),
             timestamps: Timestamps::new(context),
             open: Vec::new(),
+            timed_frames: 0,
+            in_flight: VecDeque::new(),
             times: Vec::new(),
             submissions: Submissions::default(),
             pace: Pace::default(),
@@ -318,12 +368,12 @@ impl Recorder {
     /// # Errors
     /// [`Error::Device`] where the device fails (mostly only if passes are waited for).
     pub fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) -> Result<()> {
-        if !self.is_ours() {
+        if !self.is_ours() && self.timed_frames == 0 {
             record(self);
             return Ok(());
         }
         let start = Instant::now();
-        if !self.recording {
+        if !self.recording && self.is_ours() {
             self.begin()?;
         }
         let scope = self
@@ -348,7 +398,7 @@ impl Recorder {
         if let Some(scope) = scope {
             self.timestamps.end(self.commands, scope);
         }
-        if self.wait_each_pass {
+        if self.wait_each_pass && self.is_ours() {
             self.submit()?;
             if let Some(pass) = self.times.last_mut() {
                 pass.wall = Some(start.elapsed().as_secs_f64());

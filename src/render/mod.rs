@@ -175,6 +175,7 @@ impl Renderer {
         if let Some(view) = frame.view {
             self.prepare_view(view.size, view.antialias)?;
         }
+        self.recorder.read_host_times()?;
         // SAFETY: the caller's promise.
         unsafe { self.recorder.begin_host(commands) };
         let recorded = self.record_caustic().and_then(|()| {
@@ -188,6 +189,7 @@ impl Renderer {
         });
         // What the host must not submit leaves the light maps as they were.
         (self.recorder.end_host().and(recorded)).inspect_err(|_| {
+            self.recorder.forget_last();
             (self.is_current, self.is_direct_current) = (false, false);
         })?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
@@ -339,6 +341,17 @@ impl Renderer {
     /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
     pub fn wait_each_pass(&mut self, wait: bool) {
         self.recorder.wait_each_pass(wait);
+    }
+
+    /// Times the passes of a host's frames from now on, or no longer. [`Renderer::take_times`] then returns those of the frame
+    /// before the ones in flight. Timestamps between passes cost time on some devices.
+    pub fn time_passes(&mut self, on: bool) {
+        let frames = if on {
+            self.settings.frames_in_flight.max(1)
+        } else {
+            0
+        };
+        self.recorder.time_frames(frames);
     }
 
     /// Times of the passes of the last frame.

@@ -31,6 +31,28 @@ impl Animation {
             textures: self.textures.clone(),
         }
     }
+
+    /// Time after which nothing changes, s: 0 for a scene that stands still. `None` where waves travel without an end.
+    pub fn end(&self) -> Option<f64> {
+        let mut end = self.camera.end();
+        for light in &self.lights {
+            end = end.max(light.end());
+        }
+        for moving in &self.objects {
+            if let Geometry::Waves(waves) = &moving.object.geometry
+                && waves.travel()
+            {
+                return None;
+            }
+            if let Some(frames) = &moving.frames {
+                end = end.max((frames.meshes.len() - 1) as f64 / frames.fps);
+            }
+            if let Some(motion) = &moving.motion {
+                end = end.max(motion.poses.end());
+            }
+        }
+        Some(end)
+    }
 }
 
 /// Values at times: mixed between two, the first before all, and the last after all.
@@ -47,6 +69,14 @@ impl<T: Clone> Keyframes<T> {
     /// The same at all times.
     pub fn constant(value: T) -> Self {
         Self(vec![(0.0, value)])
+    }
+
+    /// Time of the last value, s; 0 where there is one only.
+    fn end(&self) -> f64 {
+        match self.0.as_slice() {
+            [.., (end, _)] if self.0.len() > 1 => end.max(0.0),
+            _ => 0.0,
+        }
     }
 
     /// `mix` gets two values and the share of the second.
@@ -273,6 +303,13 @@ mod tests {
                 "{time}"
             );
         }
+    }
+
+    #[test]
+    fn an_animation_ends_with_its_last_keyframe() {
+        assert_eq!(Keyframes::constant(1.0).end(), 0.0);
+        assert_eq!(Keyframes::new(vec![(5.0, 1.0)]).end(), 0.0);
+        assert_eq!(Keyframes::new(vec![(-2.0, 1.0), (5.0, 2.0)]).end(), 5.0);
     }
 
     /// Scaled and turned about the pivot first, then moved.

@@ -2,11 +2,17 @@
 
 use crate::error::Result;
 use crate::input::unreadable;
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Mutex;
 
 /// The folder that a scene's files may come from: the nearest folder above the scene file that is
 /// named `assets`, otherwise the scene file's own.
-pub struct AssetRoot(PathBuf);
+pub struct AssetRoot {
+    folder: PathBuf,
+    /// Resolved so far.
+    files: Mutex<BTreeSet<PathBuf>>,
+}
 
 impl AssetRoot {
     /// `scene` must exist.
@@ -15,7 +21,16 @@ impl AssetRoot {
         let root = (scene.ancestors().skip(1))
             .find(|folder| folder.file_name().is_some_and(|name| name == "assets"))
             .or(scene.parent());
-        Ok(Self(root.unwrap_or(&scene).to_owned()))
+        Ok(Self {
+            folder: root.unwrap_or(&scene).to_owned(),
+            files: Mutex::default(),
+        })
+    }
+
+    /// The files that the scene names, as resolved.
+    pub fn files(self) -> Vec<PathBuf> {
+        let files = self.files.into_inner().expect("no panic while held");
+        files.into_iter().collect()
     }
 
     /// Path of the file that `from`, a file of this scene, calls `name`.
@@ -28,6 +43,8 @@ impl AssetRoot {
         if !path.is_file() {
             return Err(format!("`{name}` is not a file"));
         }
+        let mut files = self.files.lock().expect("no panic while held");
+        files.insert(path.clone());
         Ok(path)
     }
 
@@ -71,7 +88,12 @@ impl AssetRoot {
         if name.is_empty() || !relative.components().all(descends) {
             return Err(format!("`{name}` is not a relative path"));
         }
-        let outside = || format!("`{name}` leads out of the asset root {}", self.0.display());
+        let outside = || {
+            format!(
+                "`{name}` leads out of the asset root {}",
+                self.folder.display()
+            )
+        };
         let cannot = |e| format!("`{name}` cannot be read: {e}");
         let mut written = from.canonicalize().map_err(cannot)?;
         written.pop();
@@ -83,13 +105,13 @@ impl AssetRoot {
                 }
                 component => written.push(component),
             }
-            if !written.starts_with(&self.0) {
+            if !written.starts_with(&self.folder) {
                 return Err(outside());
             }
         }
         let path = from.with_file_name(relative);
         let real = path.canonicalize().map_err(cannot)?;
-        if !real.starts_with(&self.0) {
+        if !real.starts_with(&self.folder) {
             return Err(outside());
         }
         // For messages, without `scenes/../`, unless a link leads elsewhere.

@@ -90,6 +90,8 @@ pub struct Loaded {
     pub animation: Animation,
     /// What was odd and has been repaired or left out, a sentence each.
     pub warnings: Vec<String>,
+    /// The meshes, material libraries and images that the scene file names.
+    pub files: Vec<PathBuf>,
 }
 
 /// Reads a scene file and the files that it names.
@@ -172,6 +174,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
         scene,
         animation,
         warnings,
+        files: loader.root.files(),
     })
 }
 

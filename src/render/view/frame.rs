@@ -209,10 +209,11 @@ fn each_listed(
     record: impl Fn(&mut Recorder, Items),
 ) -> Result<()> {
     if !recorder.is_ours() {
-        list.record_plan(recorder);
-        recorder.barrier(Access::COMPUTE_WRITE, Access::INDIRECT_READ);
-        record(recorder, Items::All);
-        return Ok(());
+        return recorder.pass(pass, |r| {
+            list.record_plan(r);
+            r.barrier(Access::COMPUTE_WRITE, Access::INDIRECT_READ);
+            record(r, Items::All);
+        });
     }
     recorder.submit()?;
     let count = list.count(index as usize)?;

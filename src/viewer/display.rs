@@ -1,0 +1,500 @@
+//! What the window shows: the renderer's picture and the panels over it, two frames in flight.
+
+use super::capture::{Capture, Captured};
+use super::host::{Host, HostOptions, failed};
+use super::present::{Present, whole};
+use super::slot::{Slot, slots};
+use super::swapchain::{Presented, Swapchain, color_range};
+use ash::vk;
+use egui::{ClippedPrimitive, TexturesDelta};
+use egui_ash_renderer::allocator::GpuAllocator;
+use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer as PanelRenderer};
+use nephroid::gpu::{Context, DeviceInfo, PassTime};
+use nephroid::render::{Frame, MapImage, Renderer, Settings};
+use nephroid::scene::Scene;
+use nephroid::{Error, Result};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use winit::window::Window;
+
+/// Frames that the device may have to do at a time.
+pub const FRAMES_IN_FLIGHT: usize = 2;
+
+/// The panels as egui draws them.
+pub struct Panels {
+    pub primitives: Vec<ClippedPrimitive>,
+    pub textures: TexturesDelta,
+    pub pixels_per_point: f32,
+}
+
+/// A frame of the window.
+pub struct Draw<'a> {
+    pub window: &'a Window,
+    /// What to render; `None` shows the last picture again.
+    pub picture: Option<Frame<'a>>,
+    pub exposure_ev: f64,
+    pub panels: Panels,
+    /// Whether to read the picture back, which waits for it.
+    pub captures: bool,
+}
+
+/// What became of a frame.
+#[derive(Default)]
+pub struct Drawn {
+    /// Whether it was submitted: not where the window has no image for it.
+    pub is_drawn: bool,
+    /// Time of the host, without waiting for the device or the window.
+    pub host: Duration,
+    pub captured: Option<Captured>,
+}
+
+pub struct Display {
+    // The renderer, then the context, then the host.
+    renderer: Option<Renderer>,
+    context: Arc<Context>,
+    panels: PanelRenderer<GpuAllocator>,
+    swapchain: Swapchain,
+    present: Present,
+    capture: Option<Capture>,
+    pool: vk::CommandPool,
+    slots: Vec<Slot>,
+    next_slot: usize,
+    /// The last one that was rendered.
+    picture: Option<MapImage>,
+    /// Whether the images no longer fit the window.
+    is_stale: bool,
+    host: Host,
+}
+
+impl Display {
+    /// Opens the device for a window.
+    ///
+    /// # Errors
+    /// As [`Host::new`].
+    pub fn new(window: &Window, options: &HostOptions) -> Result<Self> {
+        let (host, surface) = Host::new(window, options)?;
+        let context = host.context()?;
+        let swapchain = Swapchain::new(&host, surface)?;
+        let format = swapchain.format.format;
+        let encodes = !swapchain.encodes_srgb();
+        let present = Present::new(&host, format, encodes, FRAMES_IN_FLIGHT)?;
+        let panels = PanelRenderer::with_gpu_allocator(
+            host.allocator().clone(),
+            host.device.clone(),
+            RenderMode::DynamicRendering(DynamicRendering {
+                color_attachment_format: format,
+                depth_attachment_format: None,
+                stencil_attachment_format: None,
+            }),
+            Options {
+                in_flight_frames: FRAMES_IN_FLIGHT,
+                srgb_framebuffer: !encodes,
+                ..Options::default()
+            },
+        )
+        .map_err(panels_failed)?;
+        let (pool, slots) = slots(&host, FRAMES_IN_FLIGHT)?;
+        Ok(Self {
+            renderer: None,
+            context,
+            panels,
+            swapchain,
+            present,
+            capture: None,
+            pool,
+            slots,
+            next_slot: 0,
+            picture: None,
+            is_stale: true,
+            host,
+        })
+    }
+
+    pub fn device(&self) -> &DeviceInfo {
+        &self.host.info
+    }
+
+    /// What the renderer leaves out, a sentence each.
+    pub fn notes(&self) -> Vec<String> {
+        self.renderer
+            .as_ref()
+            .map(Renderer::notes)
+            .unwrap_or_default()
+    }
+
+    /// Makes a renderer for another scene or other settings. Where that fails, the last one stays.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn set_scene(&mut self, scene: &Scene, settings: &Settings) -> Result<()> {
+        let settings = Settings {
+            frames_in_flight: FRAMES_IN_FLIGHT as u32,
+            ..settings.clone()
+        };
+        let renderer = Renderer::new(&self.context, scene, &settings)?;
+        // The old one may be in use by frames in flight.
+        self.host.wait_idle();
+        self.present.forget_pictures();
+        self.picture = None;
+        self.renderer = Some(renderer);
+        Ok(())
+    }
+
+    /// Whether the scene differs from the renderer's only in what a frame can change.
+    ///
+    /// # Errors
+    /// As [`Renderer::update`]: the scene needs [`Display::set_scene`], or cannot be rendered.
+    pub fn update(&mut self, scene: &Scene) -> Result<()> {
+        self.renderer
+            .as_mut()
+            .expect("a scene was set")
+            .update(scene)
+    }
+
+    pub fn set_error(&mut self, error: f32) {
+        if let Some(renderer) = &mut self.renderer {
+            renderer.set_error(error);
+        }
+    }
+
+    /// Times passes from now on, or no longer.
+    pub fn time_passes(&mut self, on: bool) {
+        if let Some(renderer) = &mut self.renderer {
+            renderer.time_passes(on);
+        }
+    }
+
+    /// Times of the passes of the last frame that has ended.
+    pub fn take_times(&mut self) -> Vec<PassTime> {
+        self.renderer
+            .as_mut()
+            .map(Renderer::take_times)
+            .unwrap_or_default()
+    }
+
+    /// The window has another size.
+    pub fn invalidate(&mut self) {
+        self.is_stale = true;
+    }
+
+    /// Pixels of the window, once it was drawn.
+    pub fn size(&self) -> [u32; 2] {
+        self.swapchain.size
+    }
+
+    /// Device memory by the names of its allocations, bytes, and all that is reserved.
+    pub fn memory(&self) -> (BTreeMap<String, u64>, u64) {
+        let allocator = self.host.allocator().lock().expect("no panic while held");
+        let report = allocator.generate_report();
+        let mut names = BTreeMap::new();
+        for allocation in &report.allocations {
+            let name = match allocation.name.as_str() {
+                "" => "panels",
+                name => name,
+            };
+            *names.entry(name.to_owned()).or_insert(0) += allocation.size;
+        }
+        (names, report.total_capacity_bytes)
+    }
+
+    /// Makes the images of the window anew where they no longer fit. Whether there are any.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails, [`Error::Window`] where the surface was lost for good.
+    pub fn prepare(&mut self, window: &Window) -> Result<bool> {
+        // A window that changes all the time is tried again in the next frame.
+        for _ in 0..3 {
+            if !self.is_stale {
+                return Ok(true);
+            }
+            self.host.wait_idle();
+            let size = window.inner_size();
+            match self.swapchain.resize(&self.host, size.into())? {
+                Presented::Done(()) => self.is_stale = false,
+                Presented::OutOfDate => {}
+                Presented::NotReady => return Ok(false),
+                Presented::SurfaceLost => self.swapchain.replace_surface(&self.host, window)?,
+            }
+        }
+        Ok(!self.is_stale)
+    }
+
+    /// Draws a frame after [`Display::prepare`]; waits until at most two are in flight.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails or is lost.
+    pub fn draw(&mut self, draw: Draw) -> Result<Drawn> {
+        let mut start = Instant::now();
+        let mut host = Duration::ZERO;
+        self.load_textures(&draw.panels.textures)?;
+        host += start.elapsed();
+
+        let index = self.next_slot;
+        let (commands, fence, acquired) = {
+            let slot = &self.slots[index];
+            (slot.commands, slot.fence, slot.acquired)
+        };
+        let device = self.host.device.clone();
+        // SAFETY: handles of this device.
+        unsafe { device.wait_for_fences(&[fence], true, u64::MAX) }
+            .map_err(failed("waiting for a frame"))?;
+        for texture in std::mem::take(&mut self.slots[index].unused) {
+            self.panels.free_texture(texture).map_err(panels_failed)?;
+        }
+        self.slots[index].unused.extend(&draw.panels.textures.free);
+        let image = match self.swapchain.acquire(acquired)? {
+            Presented::Done(image) => image,
+            Presented::NotReady => return Ok(Drawn::default()),
+            Presented::OutOfDate => {
+                self.is_stale = true;
+                return Ok(Drawn::default());
+            }
+            Presented::SurfaceLost => {
+                self.lose_surface(draw.window)?;
+                return Ok(Drawn::default());
+            }
+        };
+
+        start = Instant::now();
+        let once = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the slot's last frame has ended.
+        unsafe {
+            device
+                .reset_fences(&[fence])
+                .map_err(failed("resetting a fence"))?;
+            (device.begin_command_buffer(commands, &once))
+                .map_err(failed("beginning a command buffer"))?;
+        }
+        if let Some(frame) = &draw.picture {
+            let renderer = self.renderer.as_mut().expect("a scene was set");
+            // SAFETY: the command buffer is recording, is submitted below in the order of recording, and at most
+            // FRAMES_IN_FLIGHT frames are in flight.
+            let output = unsafe { renderer.record(commands, frame) }?;
+            self.picture = output.view;
+            let barrier = [vk::MemoryBarrier2::default()
+                .src_stage_mask(output.last_stage)
+                .src_access_mask(output.last_access)
+                .dst_stage_mask(
+                    vk::PipelineStageFlags2::FRAGMENT_SHADER
+                        | vk::PipelineStageFlags2::ALL_TRANSFER,
+                )
+                .dst_access_mask(vk::AccessFlags2::SHADER_READ | vk::AccessFlags2::TRANSFER_READ)];
+            let dependency = vk::DependencyInfo::default().memory_barriers(&barrier);
+            // SAFETY: a recording command buffer.
+            unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
+        }
+        let captures = draw.captures && self.picture.is_some();
+        if captures {
+            self.record_capture(commands, index, draw.exposure_ev)?;
+        }
+        self.record_window(commands, index, image, &draw)?;
+        // SAFETY: the command buffer is complete, and its resources live until its fence is signalled.
+        unsafe {
+            device
+                .end_command_buffer(commands)
+                .map_err(failed("ending a command buffer"))?;
+            let waits = [vk::SemaphoreSubmitInfo::default()
+                .semaphore(acquired)
+                .stage_mask(vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)];
+            let signals = [vk::SemaphoreSubmitInfo::default()
+                .semaphore(self.swapchain.finished(image))
+                .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+            let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
+            let submit = [vk::SubmitInfo2::default()
+                .wait_semaphore_infos(&waits)
+                .command_buffer_infos(&buffers)
+                .signal_semaphore_infos(&signals)];
+            (device.queue_submit2(self.host.queue, &submit, fence))
+                .map_err(failed("submitting a frame"))?;
+        }
+        host += start.elapsed();
+        self.next_slot = (index + 1) % FRAMES_IN_FLIGHT;
+        match self.swapchain.present(&self.host, image)? {
+            Presented::Done(()) => {}
+            Presented::OutOfDate | Presented::NotReady => self.is_stale = true,
+            Presented::SurfaceLost => self.lose_surface(draw.window)?,
+        }
+        let captured = match (captures, &self.capture) {
+            (true, Some(capture)) => {
+                // SAFETY: a fence of this device.
+                unsafe { device.wait_for_fences(&[fence], true, u64::MAX) }
+                    .map_err(failed("waiting for a screenshot"))?;
+                Some(capture.read()?)
+            }
+            _ => None,
+        };
+        Ok(Drawn {
+            is_drawn: true,
+            host,
+            captured,
+        })
+    }
+
+    /// Waits for all frames.
+    pub fn finish(&self) {
+        self.host.wait_idle();
+    }
+
+    fn lose_surface(&mut self, window: &Window) -> Result<()> {
+        self.host.wait_idle();
+        self.is_stale = true;
+        self.swapchain.replace_surface(&self.host, window)
+    }
+
+    /// Loads what panels need from now on.
+    fn load_textures(&mut self, textures: &TexturesDelta) -> Result<()> {
+        if !textures.set.is_empty() {
+            // A texture that is replaced may be in use. This happens when new letters are shown.
+            self.host.wait_idle();
+        }
+        for (id, deltas) in &textures.set {
+            for delta in deltas {
+                (self
+                    .panels
+                    .set_texture(self.host.queue, self.pool, *id, delta))
+                .map_err(panels_failed)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn record_capture(
+        &mut self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        exposure_ev: f64,
+    ) -> Result<()> {
+        let picture = self.picture.expect("there is a picture");
+        if self
+            .capture
+            .as_ref()
+            .is_some_and(|capture| capture.size() != picture.size)
+        {
+            self.host.wait_idle();
+            if let Some(mut capture) = self.capture.take() {
+                capture.destroy(&self.host);
+            }
+        }
+        if self.capture.is_none() {
+            self.capture = Some(Capture::new(
+                &self.host,
+                self.swapchain.format.format,
+                picture.size,
+            )?);
+        }
+        if let Some(capture) = &self.capture {
+            capture.record(
+                &self.host,
+                commands,
+                &mut self.present,
+                slot,
+                picture,
+                exposure_ev,
+            );
+        }
+        Ok(())
+    }
+
+    /// Draws picture and panels to an image of the window.
+    fn record_window(
+        &mut self,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        image: u32,
+        draw: &Draw,
+    ) -> Result<()> {
+        let device = &self.host.device;
+        let (handle, view) = self.swapchain.images[image as usize];
+        let size = self.swapchain.size;
+        let output = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
+        let target = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+        let barrier =
+            |old: vk::ImageLayout, new: vk::ImageLayout, [src, dst]: [vk::AccessFlags2; 2]| {
+                // The window waits for the semaphore, not for a stage.
+                let barrier = [vk::ImageMemoryBarrier2::default()
+                    .src_stage_mask(output)
+                    .src_access_mask(src)
+                    .dst_stage_mask(output)
+                    .dst_access_mask(dst)
+                    .old_layout(old)
+                    .new_layout(new)
+                    .image(handle)
+                    .subresource_range(color_range())];
+                let dependency = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+                // SAFETY: a recording command buffer.
+                unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
+            };
+        let write =
+            vk::AccessFlags2::COLOR_ATTACHMENT_WRITE | vk::AccessFlags2::COLOR_ATTACHMENT_READ;
+        barrier(
+            vk::ImageLayout::UNDEFINED,
+            target,
+            [vk::AccessFlags2::NONE, write],
+        );
+        let attachments = [vk::RenderingAttachmentInfo::default()
+            .image_view(view)
+            .image_layout(target)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let info = vk::RenderingInfo::default()
+            .render_area(whole(size))
+            .layer_count(1)
+            .color_attachments(&attachments);
+        let extent = vk::Extent2D {
+            width: size[0],
+            height: size[1],
+        };
+        // SAFETY: the image is this frame's.
+        unsafe { device.cmd_begin_rendering(commands, &info) };
+        if let Some(picture) = self.picture {
+            self.present
+                .record(&self.host, commands, slot, picture, size, draw.exposure_ev);
+        }
+        let panels = &draw.panels;
+        (self.panels.cmd_draw(
+            commands,
+            extent,
+            panels.pixels_per_point,
+            &panels.primitives,
+        ))
+        .map_err(panels_failed)?;
+        // SAFETY: rendering was begun above.
+        unsafe { device.cmd_end_rendering(commands) };
+        barrier(
+            target,
+            vk::ImageLayout::PRESENT_SRC_KHR,
+            [write, vk::AccessFlags2::NONE],
+        );
+        Ok(())
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        self.host.wait_idle();
+        if let Some(mut capture) = self.capture.take() {
+            capture.destroy(&self.host);
+        }
+        self.present.destroy(&self.host);
+        self.swapchain.destroy(&self.host);
+        let device = &self.host.device;
+        // SAFETY: the device is idle. The other fields free themselves, the host last.
+        unsafe {
+            for slot in &self.slots {
+                device.destroy_fence(slot.fence, None);
+                device.destroy_semaphore(slot.acquired, None);
+            }
+            device.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+fn panels_failed(error: egui_ash_renderer::RendererError) -> Error {
+    Error::Device {
+        action: "drawing the panels".into(),
+        reason: error.to_string(),
+        remedy: "update the driver, or choose another device".into(),
+    }
+}

@@ -1,0 +1,78 @@
+//! `nephroid view`: a window on a scene.
+//!
+//! The window is a host of the library, like any other: it makes the device, calls
+//! [`nephroid::render::Renderer::record`], and shows the picture. It computes no light itself.
+//!
+//! ```text
+//! input, script ─► panels ─► state ─► display ─► renderer, then present
+//! ```
+
+mod app;
+mod capture;
+mod controls;
+mod dialogs;
+mod display;
+mod document;
+mod edits;
+mod handles;
+mod host;
+mod orbit;
+mod panels;
+mod pick;
+mod playback;
+mod player;
+mod present;
+mod profiler;
+mod profiler_panel;
+mod quality;
+mod report;
+mod save;
+mod screenshot;
+mod script;
+mod session;
+mod slot;
+mod state;
+mod stats;
+mod swapchain;
+mod toml_writer;
+mod watch;
+mod widgets;
+
+pub use app::Options;
+pub use quality::{Aim, Quality};
+pub use report::Report;
+pub use script::Script;
+
+use nephroid::Result;
+use std::time::Instant;
+use winit::event_loop::EventLoop;
+
+/// Opens the window and shows the scene until it is closed or the script ends; `start` is when the program was started.
+///
+/// # Errors
+/// [`nephroid::Error::Input`] where the scene cannot be used, [`nephroid::Error::Window`] where there is no display,
+/// [`nephroid::Error::NoDevice`] where there is no device, [`nephroid::Error::Device`] where it is lost.
+pub fn run(options: Options, start: Instant) -> Result<Option<Report>> {
+    let mut app = app::App::new(options, start)?;
+    let mut builder = EventLoop::builder();
+    // The program runs on a thread of its own, whose stack is large enough for drivers.
+    #[cfg(target_os = "linux")]
+    winit::platform::x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
+    #[cfg(windows)]
+    winit::platform::windows::EventLoopBuilderExtWindows::with_any_thread(&mut builder, true);
+    let event_loop = builder.build().map_err(|error| {
+        host::no_window(
+            format!("there is no display: {}", host::plain(&error)),
+            "run in a graphical session (on Linux with DISPLAY or WAYLAND_DISPLAY set), or use `nephroid render`",
+        )
+    })?;
+    let ended = event_loop.run_app(&mut app);
+    let report = app.finish()?;
+    ended.map_err(|error| {
+        host::no_window(
+            format!("the display is gone: {}", host::plain(&error)),
+            "start again",
+        )
+    })?;
+    Ok(report)
+}

@@ -1,0 +1,224 @@
+//! Replays a script.
+
+use super::quality::Aim;
+use super::report::Recorder;
+use super::script::{Command, Hands, Script, failed};
+use super::state::{Request, Selected, Severity, State};
+use egui::Event;
+use nephroid::Result;
+use nephroid::render::Method;
+use std::time::{Duration, Instant};
+use winit::dpi::PhysicalSize;
+use winit::window::Window;
+
+/// A window manager may refuse a size.
+const RESIZE_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// What the window does next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Step {
+    Draw,
+    Wait(Instant),
+    End,
+}
+
+pub struct Player {
+    script: Script,
+    next: usize,
+    hands: Hands,
+    frames: u32,
+    pub settles: bool,
+    waits: Option<Instant>,
+    resizes: Option<(PhysicalSize<u32>, Instant)>,
+    /// For the next frame.
+    pub events: Vec<Event>,
+}
+
+impl Player {
+    pub fn new(script: Script) -> Self {
+        Self {
+            script,
+            next: 0,
+            hands: Hands::default(),
+            frames: 0,
+            settles: false,
+            waits: None,
+            resizes: None,
+            events: Vec::new(),
+        }
+    }
+
+    /// Goes on until the window has something to do. `is_settled`: the picture is as fine as it gets.
+    ///
+    /// # Errors
+    /// [`nephroid::Error::Input`] with the line that cannot be done, or whose expectation is not met.
+    pub fn step(
+        &mut self,
+        window: &Window,
+        state: &mut State,
+        recorder: &mut Recorder,
+        is_settled: bool,
+    ) -> Result<Step> {
+        loop {
+            if self.frames > 0 {
+                self.frames -= 1;
+                return Ok(Step::Draw);
+            }
+            if self.settles && !is_settled {
+                return Ok(Step::Draw);
+            }
+            self.settles = false;
+            if let Some(until) = self.waits {
+                if Instant::now() < until {
+                    return Ok(Step::Wait(until));
+                }
+                self.waits = None;
+                recorder.end_wait();
+            }
+            if let Some((size, deadline)) = self.resizes {
+                if window.inner_size() != size && Instant::now() < deadline {
+                    return Ok(Step::Wait(Instant::now() + Duration::from_millis(5)));
+                }
+                self.resizes = None;
+            }
+            let Some((line, command)) = self.script.commands.get(self.next).cloned() else {
+                return Ok(Step::End);
+            };
+            self.next += 1;
+            if let Some(event) = self.hands.event(&command) {
+                self.events.push(event);
+                continue;
+            }
+            self.run(command, window, state, recorder)
+                .map_err(|reason| failed(&self.script.path, line, &reason))?;
+        }
+    }
+
+    fn run(
+        &mut self,
+        command: Command,
+        window: &Window,
+        state: &mut State,
+        recorder: &mut Recorder,
+    ) -> Result<(), String> {
+        match command {
+            Command::Size([width, height]) => {
+                let size = PhysicalSize::new(width, height);
+                // A size that is set at once is reported at once.
+                let _ = window.request_inner_size(size);
+                self.resizes = Some((size, Instant::now() + RESIZE_TIMEOUT));
+            }
+            Command::Frames(frames) => self.frames = frames,
+            // The first frame finds out whether there is anything to settle.
+            Command::Settle => (self.settles, self.frames) = (true, 1),
+            Command::Wait(time) => {
+                recorder.begin_wait();
+                self.waits = Some(Instant::now() + time);
+            }
+            Command::Set(name, value) => set(state, &name, &value)?,
+            Command::Select(what) => state.selected = Some(find(state, &what)?),
+            Command::Time(seconds) => {
+                state.playback.time = seconds.clamp(0.0, state.playback.length)
+            }
+            Command::Play(plays) => state.playback.plays = plays && state.playback.moves(),
+            Command::Open(path) => state.requests.push(Request::Open(path)),
+            Command::Copy(from, to) => {
+                let copied = std::fs::copy(&from, &to);
+                copied.map_err(|error| format!("{} cannot be copied: {error}", from.display()))?;
+            }
+            Command::Screenshot(path) => state.requests.push(Request::Screenshot(path)),
+            Command::Save(path) => state.requests.push(Request::Save(path)),
+            Command::Export(path) => state.requests.push(Request::ExportProfile(path)),
+            Command::Measure(name) => recorder.measure(&name),
+            Command::Expect(text) => {
+                if !state
+                    .messages
+                    .iter()
+                    .any(|(_, message)| message.contains(&text))
+                {
+                    return Err(format!(
+                        "no message has `{text}`; there is: {:?}",
+                        state.messages
+                    ));
+                }
+            }
+            Command::ExpectNoError => {
+                if let Some((_, message)) =
+                    state.messages.iter().find(|(s, _)| *s == Severity::Error)
+                {
+                    return Err(format!("the window shows an error: {message}"));
+                }
+            }
+            Command::Quit => {
+                self.next = self.script.commands.len();
+            }
+            Command::Move(_)
+            | Command::Button(..)
+            | Command::Scroll(_)
+            | Command::Modifiers(_)
+            | Command::Key(..)
+            | Command::Text(_) => {}
+        }
+        Ok(())
+    }
+}
+
+/// Sets what a panel sets.
+fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
+    let number = || {
+        value
+            .parse::<f64>()
+            .ok()
+            .filter(|x| x.is_finite())
+            .ok_or_else(|| format!("`{value}` is no number"))
+    };
+    let count = || {
+        value
+            .parse::<u32>()
+            .map_err(|_| format!("`{value}` is no whole number"))
+    };
+    let switch = || match value {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err(format!("`{value}` is neither on nor off")),
+    };
+    let quality = &mut state.quality;
+    match name {
+        "method" => {
+            let method = Method::ALL
+                .into_iter()
+                .find(|method| method.name() == value);
+            quality.method = method.ok_or_else(|| format!("there is no method `{value}`"))?;
+        }
+        "error" => quality.aim = Aim::Error((number()? as f32).clamp(1e-4, 1.0)),
+        "budget" => quality.aim = Aim::Budget((number()? as f32).clamp(0.1, 1e5)),
+        "samples" => quality.aim = Aim::Samples(count()?.max(1)),
+        "cells" => quality.environment_cells = count()?.max(8),
+        "images" => quality.environment_images = count()?.max(1),
+        "antialias" => quality.antialias = count()?.clamp(1, 16),
+        "resolution" => quality.resolution = number()?.clamp(0.1, 1.0) as f32,
+        "light-maps" => quality.light_map_scale = number()?.clamp(0.01, 16.0),
+        "refine" => quality.refines = switch()?,
+        "exposure" => state.document.history.now.exposure_ev = Some(number()?),
+        "panels" => state.windows.panels = switch()?,
+        "profiler" => state.windows.profiler = switch()?,
+        "loop" => state.playback.loops = switch()?,
+        _ => return Err(format!("there is no setting `{name}`")),
+    }
+    Ok(())
+}
+
+/// `object NAME` or `light NAME`.
+fn find(state: &State, what: &str) -> Result<Selected, String> {
+    let scene = &state.document.base;
+    let found = match what.split_once(' ') {
+        Some(("object", name)) => scene.object_index(name).map(Selected::Object),
+        Some(("light", name)) => scene
+            .lights
+            .iter()
+            .position(|light| light.name == name)
+            .map(Selected::Light),
+        _ => return Err("select `object NAME` or `light NAME`".into()),
+    };
+    found.ok_or_else(|| format!("the scene has no {what}"))
+}

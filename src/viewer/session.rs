@@ -1,0 +1,464 @@
+//! A window that is open: its scene, its panels, and a frame where something changed.
+
+use super::capture::Captured;
+use super::display::{Display, Draw, Panels};
+use super::document::Document;
+use super::edits::Edits;
+use super::panels;
+use super::player::Player;
+use super::profiler::FrameTimes;
+use super::quality::{Aim, Quality, STAGES};
+use super::save::save;
+use super::screenshot;
+use super::state::{Request, Severity, State};
+use super::watch::Watch;
+use glam::DVec3;
+use nephroid::render::{Frame, FrameBudget, ViewFrame};
+use nephroid::scene::Scene;
+use nephroid::{Error, Result, glam};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use winit::window::Window;
+
+/// How long nothing must change until a still picture becomes finer.
+const REST: Duration = Duration::from_millis(200);
+/// Scene time of a frame of a script, s, so that equal scripts show equal pictures.
+const SCRIPT_STEP: f64 = 1.0 / 24.0;
+/// Frames between two looks at the memory.
+const MEMORY_FRAMES: u32 = 30;
+
+/// What a picture is of. Equal pictures are not rendered again.
+#[derive(Clone, PartialEq)]
+struct PictureKey {
+    time: f64,
+    edits: Edits,
+    view: (DVec3, DVec3, f64),
+    quality: Quality,
+    size: [u32; 2],
+}
+
+/// What exists while the window does.
+pub struct Session {
+    // The display's surface goes before the window.
+    pub display: Display,
+    pub input: egui_winit::State,
+    context: egui::Context,
+    pub window: Arc<Window>,
+    pub state: State,
+    watch: Watch,
+    /// Of the last picture, and its stage.
+    shown: Option<(PictureKey, u32)>,
+    /// The quality that the renderer was made for.
+    made_for: Quality,
+    /// The quality and the edits of the last picture that could be made.
+    last_good: (Quality, Edits),
+    budget: Option<(f32, FrameBudget)>,
+    /// When the last picture of another key was asked for.
+    changed: Instant,
+    /// End of the last frame, if the next one follows at once.
+    pub last_end: Option<Instant>,
+    last_advance: Option<Instant>,
+    pub repaint_at: Option<Instant>,
+    pub needs_frame: bool,
+    pub is_settled: bool,
+    is_scripted: bool,
+    frames: u32,
+    recorded: u32,
+}
+
+impl Session {
+    /// Shows a document in a window. `is_scripted`: a script draws the frames.
+    ///
+    /// # Errors
+    /// As [`nephroid::render::Renderer::new`].
+    pub fn new(
+        window: Arc<Window>,
+        mut display: Display,
+        mut state: State,
+        is_scripted: bool,
+    ) -> Result<Self> {
+        display.set_scene(&state.scene(), &state.quality.settings())?;
+        for note in display.notes() {
+            state.tell(Severity::Note, note);
+        }
+        let context = egui::Context::default();
+        // Animated panels would draw frames by themselves.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
+        let scale = Some(window.scale_factor() as f32);
+        let root = egui::ViewportId::ROOT;
+        let theme = window.theme();
+        Ok(Self {
+            input: egui_winit::State::new(context.clone(), root, &window, scale, theme, None),
+            display,
+            context,
+            window,
+            watch: watch(&state.document),
+            shown: None,
+            made_for: state.quality.clone(),
+            last_good: (state.quality.clone(), Edits::default()),
+            budget: None,
+            changed: Instant::now(),
+            last_end: None,
+            last_advance: None,
+            repaint_at: None,
+            needs_frame: true,
+            is_settled: false,
+            is_scripted,
+            frames: 0,
+            recorded: 0,
+            state,
+        })
+    }
+
+    /// The next frame comes after a pause.
+    pub fn pause(&mut self) {
+        (self.last_end, self.last_advance) = (None, None);
+    }
+
+    /// Whether the user asked to end the program.
+    pub fn quits(&self) -> bool {
+        self.state.requests.contains(&Request::Quit)
+    }
+
+    /// When a still picture becomes finer.
+    pub fn refines_at(&self) -> Option<Instant> {
+        let can_refine =
+            self.state.quality.refines && self.state.stage < STAGES && self.shown.is_some();
+        (can_refine && !self.state.playback.plays && self.state.drag.is_none())
+            .then(|| self.changed + REST)
+    }
+
+    /// Reads the scene again where its files changed.
+    pub fn reload_changes(&mut self) {
+        if !self.watch.has_changed() {
+            return;
+        }
+        self.needs_frame = true;
+        match self.state.document.reloaded() {
+            Ok((document, warnings)) => {
+                (self.state.messages).retain(|(severity, _)| *severity != Severity::Error);
+                if self.set_document(document, warnings) {
+                    self.state.tell(Severity::Note, "the scene was read again");
+                }
+            }
+            Err(error) => self.state.tell(Severity::Error, error.to_string()),
+        }
+    }
+
+    fn open_scene(&mut self, path: &Path) {
+        match Document::open(path) {
+            Ok((document, warnings)) => {
+                if self.set_document(document, warnings) {
+                    self.state.camera = None;
+                    self.state.playback.time = 0.0;
+                    let name = path.file_name().unwrap_or_default().to_string_lossy();
+                    self.window.set_title(&format!("{name} – nephroid"));
+                }
+            }
+            Err(error) => self.state.tell(Severity::Error, error.to_string()),
+        }
+    }
+
+    /// Shows another document; whether it can be rendered. If not, the last one stays.
+    fn set_document(&mut self, document: Document, warnings: Vec<String>) -> bool {
+        for warning in warnings {
+            self.state.tell(Severity::Note, warning);
+        }
+        let last = std::mem::replace(&mut self.state.document, document);
+        self.state.reloaded();
+        let scene = self.state.scene();
+        let settings = self.state.quality.settings();
+        if let Err(error) = self.display.set_scene(&scene, &settings) {
+            self.state.tell(Severity::Error, error.to_string());
+            self.state.document = last;
+            self.state.reloaded();
+            return false;
+        }
+        self.watch = watch(&self.state.document);
+        self.made_for = self.state.quality.clone();
+        self.last_good = (
+            self.made_for.clone(),
+            self.state.document.history.now.clone(),
+        );
+        self.shown = None;
+        true
+    }
+
+    /// Runs the panels on the input.
+    fn run_panels(&mut self, player: Option<&mut Player>) -> Panels {
+        let mut input = self.input.take_egui_input(&self.window);
+        if let Some(player) = player {
+            input.events.append(&mut player.events);
+            input.focused = true;
+        }
+        let state = &mut self.state;
+        let output = self.context.run_ui(input, |ui| panels::show(ui, state));
+        self.input
+            .handle_platform_output(&self.window, output.platform_output);
+        let delay = output
+            .viewport_output
+            .get(&egui::ViewportId::ROOT)
+            .map(|viewport| viewport.repaint_delay);
+        self.needs_frame = delay == Some(Duration::ZERO);
+        self.repaint_at = delay
+            .filter(|delay| *delay < Duration::from_secs(3600))
+            .map(|delay| Instant::now() + delay);
+        let primitives = self
+            .context
+            .tessellate(output.shapes, output.pixels_per_point);
+        Panels {
+            primitives,
+            textures: output.textures_delta,
+            pixels_per_point: output.pixels_per_point,
+        }
+    }
+
+    /// Does what panels, keys and scripts asked for; the file of a screenshot.
+    fn handle_requests(&mut self) -> Option<PathBuf> {
+        let mut screenshot = None;
+        for request in std::mem::take(&mut self.state.requests) {
+            match request {
+                Request::Screenshot(path) => screenshot = Some(path),
+                Request::Save(path) => match save(&self.state.document, &path) {
+                    Ok(notes) => {
+                        self.state
+                            .tell(Severity::Note, format!("saved {}", path.display()));
+                        notes
+                            .into_iter()
+                            .for_each(|note| self.state.tell(Severity::Note, note));
+                    }
+                    Err(error) => self.state.tell(Severity::Error, error.to_string()),
+                },
+                Request::ExportProfile(path) => match self.state.profiler.export(&path) {
+                    Ok(()) => self
+                        .state
+                        .tell(Severity::Note, format!("wrote {}", path.display())),
+                    Err(error) => self.state.tell(Severity::Error, error.to_string()),
+                },
+                Request::Open(path) => self.open_scene(&path),
+                Request::Quit => self.state.requests.push(Request::Quit),
+            }
+        }
+        screenshot
+    }
+
+    /// Draws a frame; what it took and whether it has a new picture. `None` where the window shows nothing.
+    pub fn frame(
+        &mut self,
+        player: Option<&mut Player>,
+        record: Option<&Path>,
+    ) -> Result<Option<(FrameTimes, bool)>> {
+        let start = Instant::now();
+        self.needs_frame = false;
+        if !self.display.prepare(&self.window)? {
+            return Ok(None);
+        }
+        let settles = player.as_ref().is_some_and(|player| player.settles);
+        self.advance();
+        let panels = self.run_panels(player);
+        let screenshot = self.handle_requests();
+        self.set_quality();
+        let window_size = self.display.size();
+        let resolution = self.state.quality.resolution;
+        let size = window_size.map(|side| ((side as f32 * resolution).round() as u32).max(1));
+        let scene = self.state.scene();
+        let key = self.key(&scene, size);
+        let is_same = self.shown.as_ref().is_some_and(|(shown, _)| *shown == key);
+        if !is_same {
+            self.state.stage = 0;
+            self.changed = start;
+        } else {
+            let is_due = settles
+                || (!self.is_scripted && self.refines_at().is_some_and(|time| time <= start));
+            if is_due && self.state.quality.refines && self.state.stage < STAGES {
+                self.state.stage += 1;
+            }
+        }
+        let stage = self.state.stage;
+        let wants_picture = self.shown.as_ref() != Some(&(key.clone(), stage));
+        let (antialias, factor) = self.state.quality.stage(stage);
+        let mut has_picture = wants_picture;
+        if wants_picture {
+            let error = self.error().map(|error| (error * factor).clamp(1e-4, 1.0));
+            if let Some(error) = error {
+                self.display.set_error(error);
+            }
+            has_picture = self.update(&scene)?;
+        }
+        let takes_passes = self.state.windows.profiler;
+        self.display.time_passes(takes_passes);
+        let draw = Draw {
+            window: &self.window,
+            picture: has_picture.then_some(Frame {
+                scene: &scene,
+                direct: false,
+                view: Some(ViewFrame { size, antialias }),
+            }),
+            exposure_ev: scene.camera.exposure_ev,
+            panels,
+            captures: screenshot.is_some() || (record.is_some() && has_picture),
+        };
+        let before = start.elapsed();
+        let drawn = self.display.draw(draw)?;
+        if !drawn.is_drawn {
+            self.needs_frame = true;
+            self.state
+                .requests
+                .extend(screenshot.map(Request::Screenshot));
+            return Ok(None);
+        }
+        if has_picture {
+            self.shown = Some((key, stage));
+            self.last_good = (
+                self.state.quality.clone(),
+                self.state.document.history.now.clone(),
+            );
+        }
+        self.is_settled = !self.state.quality.refines || stage >= STAGES;
+        if let Some(captured) = &drawn.captured {
+            self.write_pictures(captured, screenshot, record.filter(|_| has_picture))?;
+        }
+        let end = Instant::now();
+        let interval = self.last_end.map(|last| 1e3 * (end - last).as_secs_f64());
+        self.last_end = Some(end);
+        if has_picture && let (Some(interval), Some((_, budget))) = (interval, &mut self.budget) {
+            let asked = budget.error();
+            budget.add(Duration::from_secs_f64(1e-3 * interval), asked);
+        }
+        let times = FrameTimes {
+            end: self.context.time(),
+            interval,
+            host: 1e3 * (before + drawn.host).as_secs_f64(),
+            ..FrameTimes::default()
+        };
+        let passes = if has_picture {
+            self.display.take_times()
+        } else {
+            Vec::new()
+        };
+        self.state
+            .profiler
+            .add(times.clone(), has_picture && takes_passes, passes);
+        if takes_passes && self.frames.is_multiple_of(MEMORY_FRAMES) {
+            (self.state.profiler.memory, self.state.profiler.reserved) = self.display.memory();
+        }
+        self.frames += 1;
+        Ok(Some((times, has_picture)))
+    }
+
+    /// Lets the scene's time go on.
+    fn advance(&mut self) {
+        let now = Instant::now();
+        let passed = self
+            .last_advance
+            .replace(now)
+            .map_or(0.0, |last| (now - last).as_secs_f64());
+        self.state.playback.advance(if self.is_scripted {
+            SCRIPT_STEP
+        } else {
+            passed
+        });
+    }
+
+    fn key(&self, scene: &Scene, size: [u32; 2]) -> PictureKey {
+        let camera = &scene.camera;
+        PictureKey {
+            time: self.state.playback.time,
+            // The exposure is applied where the picture is drawn, and the camera is in `view`.
+            edits: Edits {
+                exposure_ev: None,
+                camera: None,
+                ..self.state.document.history.now.clone()
+            },
+            view: (camera.position, camera.target, camera.fov),
+            quality: self.state.quality.clone(),
+            size,
+        }
+    }
+
+    /// The error to aim for in this frame.
+    fn error(&mut self) -> Option<f32> {
+        let quality = &self.state.quality;
+        let error = quality.error()?;
+        let Aim::Budget(ms) = quality.aim else {
+            self.budget = None;
+            return Some(error);
+        };
+        if self.budget.as_ref().is_none_or(|(of, _)| *of != ms) {
+            self.budget = Some((ms, quality.budget(ms)));
+        }
+        self.budget.as_ref().map(|(_, budget)| budget.error())
+    }
+
+    /// Makes a renderer for another quality. Where that fails, the quality stays as it was.
+    fn set_quality(&mut self) {
+        if self.state.quality.same_renderer(&self.made_for) {
+            return;
+        }
+        let scene = self.state.scene();
+        match self
+            .display
+            .set_scene(&scene, &self.state.quality.settings())
+        {
+            Ok(()) => {
+                self.made_for = self.state.quality.clone();
+                self.shown = None;
+            }
+            Err(error) => {
+                self.state.tell(Severity::Error, error.to_string());
+                self.state.quality = self.made_for.clone();
+            }
+        }
+    }
+
+    /// Takes the scene over to the device; whether it can be rendered.
+    fn update(&mut self, scene: &Scene) -> Result<bool> {
+        match self.display.update(scene) {
+            Ok(()) => return Ok(true),
+            Err(error @ Error::Device { .. }) => return Err(error),
+            // Other light maps, for instance, need another renderer.
+            Err(_) => {}
+        }
+        let settings = self.state.quality.settings();
+        let Err(error) = self.display.set_scene(scene, &settings) else {
+            return Ok(true);
+        };
+        self.state.tell(Severity::Error, error.to_string());
+        let (quality, edits) = self.last_good.clone();
+        let history = &mut self.state.document.history;
+        // What cannot be undone is not tried again in every frame.
+        self.needs_frame = quality != self.state.quality || edits != history.now;
+        (self.state.quality, history.now) = (quality, edits);
+        Ok(false)
+    }
+
+    fn write_pictures(
+        &mut self,
+        captured: &Captured,
+        screenshot: Option<PathBuf>,
+        record: Option<&Path>,
+    ) -> Result<()> {
+        if let Some(path) = screenshot {
+            match screenshot::write(&path, captured, &mut self.state) {
+                Ok(()) => self.state.tell(
+                    Severity::Note,
+                    format!("wrote {}", path.with_extension("png").display()),
+                ),
+                Err(error) => self.state.tell(Severity::Error, error.to_string()),
+            }
+            self.needs_frame = true;
+        }
+        if let Some(folder) = record {
+            let path = folder.join(format!("frame.{:05}.png", self.recorded));
+            self.recorded += 1;
+            let [width, height] = captured.size;
+            nephroid::image_file::write_png(&path, width, height, &captured.rgb)?;
+        }
+        Ok(())
+    }
+}
+
+fn watch(document: &Document) -> Watch {
+    Watch::new(std::iter::once(document.path.clone()).chain(document.files.iter().cloned()))
+}

@@ -1,0 +1,341 @@
+//! The window, driven by scripts on a display of its own (Xvfb), under the validation layers.
+
+mod common;
+
+use assert_cmd::Command;
+use common::{nephroid, refuses, scene_path};
+use std::fmt::Write;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::sync::LazyLock;
+use tempfile::TempDir;
+
+/// A display without a screen that is ended with the test.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Display {
+    fn new() -> Self {
+        let mut server = std::process::Command::new("Xvfb")
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1600x1000x24",
+                "-nolisten",
+                "tcp",
+            ])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb is installed: .ci/setup test");
+        let mut number = String::new();
+        let stdout = server.stdout.take().expect("piped");
+        BufReader::new(stdout)
+            .read_line(&mut number)
+            .expect("Xvfb names its display");
+        assert!(!number.trim().is_empty(), "Xvfb did not start");
+        Self {
+            server,
+            name: format!(":{}", number.trim()),
+        }
+    }
+
+    /// `nephroid view` on this display, with a script.
+    fn view(&self, folder: &Path, scene: &Path, script: &str, arguments: &[&str]) -> Command {
+        let file = folder.join("script");
+        std::fs::write(&file, script).unwrap();
+        let mut command = nephroid();
+        command
+            .arg("view")
+            .arg(scene)
+            .arg("--script")
+            .arg(file)
+            .args(arguments)
+            .current_dir(folder);
+        command
+            .env("DISPLAY", &self.name)
+            .env_remove("WAYLAND_DISPLAY");
+        command
+    }
+
+    /// The report of a script that runs to its end.
+    fn report(
+        &self,
+        folder: &Path,
+        scene: &Path,
+        script: &str,
+        arguments: &[&str],
+    ) -> serde_json::Value {
+        let output = self
+            .view(folder, scene, script, arguments)
+            .arg("--json")
+            .assert()
+            .success();
+        serde_json::from_slice(&output.get_output().stdout).unwrap()
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn section<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
+    let sections = report["sections"].as_array().unwrap();
+    sections
+        .iter()
+        .find(|section| section["name"] == name)
+        .unwrap()
+}
+
+/// A small scene in a file of its own, whose sun has this irradiance.
+fn small_scene(irradiance: f64) -> String {
+    format!(
+        "version = 1\n[camera]\nposition = [0, 1.5, 2.5]\ntarget = [0, 0.2, 0]\nfov_degrees = 45\n\
+         [[light]]\nname = \"sun\"\nkind = \"sun\"\ndirection = [0.3, 1, 0.4]\n\
+         irradiance = [{irradiance}, {irradiance}, {irradiance}] # of the test\nangular_radius_degrees = 0.27\n\
+         [[material]]\nname = \"white\"\nkind = \"diffuse\"\nalbedo = [0.6, 0.6, 0.6]\n\
+         [[material]]\nname = \"mirror\"\nkind = \"mirror\"\nreflectance = [0.9, 0.9, 0.9]\n\
+         [[object]]\nname = \"floor\"\nmaterial = \"white\"\nlightmap = [64, 64]\n\
+         rect = {{ origin = [-1, 0, 1], edge_u = [2, 0, 0], edge_v = [0, 0, -2] }}\n\
+         [[object]]\nname = \"wall\"\nmaterial = \"mirror\"\n\
+         rect = {{ origin = [-0.5, 0, -0.6], edge_u = [1, 0, 0], edge_v = [0, 1, 0] }}\n"
+    )
+}
+
+/// Every shipped scene is opened and shown, and every method on one of them.
+#[test]
+fn all_scenes_and_methods_are_shown() {
+    static SCENES: LazyLock<Vec<PathBuf>> = LazyLock::new(|| {
+        let mut files: Vec<_> = (scene_path("").read_dir().unwrap())
+            .map(|entry| entry.unwrap().path())
+            .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+            .collect();
+        files.sort();
+        files
+    });
+    let mut script = String::from("set light-maps 0.25\nset refine off\n");
+    for method in ["points", "beams", "footprint"] {
+        writeln!(script, "set method {method}\nframes 2\nexpect no error").unwrap();
+    }
+    for scene in SCENES.iter() {
+        writeln!(
+            script,
+            "open {}\nframes 1\nexpect no error",
+            scene.display()
+        )
+        .unwrap();
+    }
+    let folder = folder();
+    let report = Display::new().report(
+        folder.path(),
+        &scene_path("ring.toml"),
+        &script,
+        &["--size", "160x90", "--validate"],
+    );
+    let all = section(&report, "all");
+    assert!(
+        all["pictures"].as_u64().unwrap() as usize > SCENES.len(),
+        "{report}"
+    );
+}
+
+/// What the window shows is what `render` writes.
+#[test]
+fn a_screenshot_is_the_rendered_picture() {
+    let folder = folder();
+    let scene = scene_path("ring.toml");
+    let script = "set refine off\nset antialias 2\nframes 2\nscreenshot shot.png\nexpect wrote\n";
+    Display::new().report(
+        folder.path(),
+        &scene,
+        script,
+        &["--size", "320x180", "--validate"],
+    );
+    let rendered = folder.path().join("rendered.png");
+    let mut render = nephroid();
+    render
+        .arg("render")
+        .arg(&scene)
+        .args(["--size", "320x180", "--antialias", "2", "-o"])
+        .arg(&rendered);
+    render.assert().success();
+    let pixels = |path: &Path| image::open(path).unwrap().into_rgb8();
+    let [shown, rendered] = [folder.path().join("shot.png"), rendered].map(|path| pixels(&path));
+    assert_eq!(shown.dimensions(), rendered.dimensions());
+    let difference = |(a, b): (&u8, &u8)| a.abs_diff(*b);
+    let most = shown
+        .as_raw()
+        .iter()
+        .zip(rendered.as_raw())
+        .map(difference)
+        .max()
+        .unwrap();
+    assert!(most <= 1, "a channel differs by {most}");
+    // A picture of one colour would be equal, too.
+    assert!(shown.as_raw().iter().any(|b| *b > 150) && shown.as_raw().iter().any(|b| *b < 60));
+    let sidecar = std::fs::read_to_string(folder.path().join("shot.json")).unwrap();
+    let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap();
+    assert_eq!(sidecar["settings"]["method"], "footprint");
+    assert!(folder.path().join("shot.exr").exists());
+}
+
+/// Lights, camera and objects are dragged, windows opened, and the window takes all sizes.
+#[test]
+fn dragging_and_resizing() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let mut script =
+        String::from("set refine off\nset panels off\nframes 2\nscreenshot before.png\n");
+    // The sun, the camera in three ways, and an object by its handles.
+    script += "modifiers ctrl\ndrag left 100 60 160 70 5\nmodifiers none\nscreenshot sun.png\n\
+         drag left 40 100 90 110 5\ndrag right 40 100 50 110 3\ndrag middle 40 100 50 110 3\nscroll 0 2\nframes 3\n\
+         key V\nframes 1\nselect object wall\nframes 1\ndrag left 160 90 200 90 4\n\
+         key P\nframes 12\nkey P\nkey Tab\nframes 2\ndown Questionmark\nframes 2\nup Questionmark\nkey Tab\n";
+    // 200 sizes without a pattern.
+    let mut number = 12345u32;
+    let mut random = |range: u32| {
+        number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (number >> 16) % range
+    };
+    for _ in 0..200 {
+        writeln!(
+            script,
+            "size {} {}\nframes 1",
+            1 + random(400),
+            1 + random(300)
+        )
+        .unwrap();
+    }
+    script += "size 320 180\nframes 2\nexpect no error\nkey R\nframes 2\nscreenshot after.png\nsave saved.toml\nexpect no error\n";
+    let display = Display::new();
+    let report = display.report(
+        folder.path(),
+        &scene,
+        &script,
+        &["--size", "320x180", "--validate"],
+    );
+    assert!(
+        section(&report, "all")["frames"].as_u64().unwrap() > 200,
+        "{report}"
+    );
+    let file = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_ne!(file("before.png"), file("sun.png"));
+    // After a reset, all is as it was.
+    assert_eq!(file("before.png"), file("after.png"));
+    assert_eq!(file("saved.toml"), file("scene.toml"));
+}
+
+/// A scene that is broken while it is shown stays as it was, until it is mended.
+#[test]
+fn scenes_are_read_again() {
+    let folder = folder();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("scene.toml", &small_scene(1.0));
+    write("brighter.toml", &small_scene(2.0));
+    write(
+        "broken.toml",
+        &small_scene(2.0).replace("[[light]]", "[light"),
+    );
+    let script = "set refine off\nframes 2\nscreenshot before.png\n\
+         copy broken.toml scene.toml\nwait 0.8\nexpect scene.toml, line\nframes 1\nscreenshot broken.png\n\
+         copy brighter.toml scene.toml\nwait 0.8\nexpect the scene was read again\nexpect no error\nframes 1\n\
+         screenshot after.png\nset exposure 1.5\nframes 1\nsave saved.toml\nexpect no error\n";
+    let scene = folder.path().join("scene.toml");
+    Display::new().report(
+        folder.path(),
+        &scene,
+        script,
+        &["--size", "200x120", "--validate"],
+    );
+    let file = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(file("before.png"), file("broken.png"));
+    assert_ne!(file("before.png"), file("after.png"));
+    let saved = String::from_utf8(file("saved.toml")).unwrap();
+    assert!(
+        saved.contains("exposure_ev = 1.5") && saved.contains("# of the test"),
+        "{saved}"
+    );
+}
+
+/// Memory stays, and a window where nothing moves costs nothing.
+#[test]
+fn long_runs_are_steady() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let mut script =
+        String::from("set panels off\nset refine off\nmodifiers ctrl\ndrag left 30 30 60 40 300\n");
+    for name in ["first", "second"] {
+        writeln!(
+            script,
+            "measure {name}\ndrag left 30 30 80 50 500\ndrag left 80 50 30 30 500"
+        )
+        .unwrap();
+    }
+    script += "settle\nwait 3\n";
+    let report = Display::new().report(folder.path(), &scene, &script, &["--size", "160x90"]);
+    let memory = |name: &str| section(&report, name)["memory"].as_i64().unwrap();
+    let grown = memory("second") - memory("first");
+    assert!(grown < 1 << 20, "{grown} bytes more: {report}");
+    let idle = &report["idle"][0];
+    assert!(idle["cores"].as_f64().unwrap() < 0.02, "{report}");
+    // A panel may ask for a last frame.
+    assert!(idle["frames"].as_u64().unwrap() <= 2, "{report}");
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused() {
+    let folder = folder();
+    let scene = scene_path("mirror.toml");
+    let display = Display::new();
+    let mut no_display = nephroid();
+    no_display
+        .arg("view")
+        .arg(&scene)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY");
+    refuses(&mut no_display, 4, &["there is no display", "remedy"]);
+    refuses(
+        &mut display.view(folder.path(), Path::new("none.toml"), "", &[]),
+        3,
+        &["none.toml"],
+    );
+    refuses(
+        &mut display.view(folder.path(), &scene, "frames 1\njump\n", &[]),
+        3,
+        &["line 2", "jump"],
+    );
+    refuses(
+        &mut display.view(folder.path(), &scene, "frames 1\nexpect nonsense\n", &[]),
+        3,
+        &["line 2", "nonsense"],
+    );
+    refuses(
+        &mut display.view(folder.path(), &scene, "", &["--device", "no such"]),
+        4,
+        &["no such"],
+    );
+    refuses(
+        &mut display.view(
+            folder.path(),
+            &scene,
+            "",
+            &["--method", "points", "--error", "0.1"],
+        ),
+        2,
+        &["points"],
+    );
+}
