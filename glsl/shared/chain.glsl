@@ -4,6 +4,9 @@
 
 // Coarsest sub-lattice: every 4^MAX_LATTICE_LEVEL-th ray.
 const uint MAX_LATTICE_LEVEL = 3;
+// Where a ray passes its cell. Off the middle and the diagonals, since the edges of regular meshes often lie there, and a ray that
+// meets an edge exactly may miss both triangles.
+const vec2 WITHIN_CELL = vec2(0.4716, 0.5387);
 // Squared support radius of the sharpest kernel of a curved patch, p = SHARPEST_CURVED: 2 (p + 2).
 const float CHAIN_SUPPORT = 12.0;
 
@@ -75,7 +78,8 @@ ChainPath ray_of_lattice(uint ray) {
     ChainLattice lattice = lattice_of(ray);
     Light light = light_at(lattice.light);
     uvec2 place = uvec2((ray - lattice.first) % lattice.columns, (ray - lattice.first) / lattice.columns);
-    vec3 at = lattice.origin + (float(place.x) + 0.5) * lattice.edge_u + (float(place.y) + 0.5) * lattice.edge_v;
+    vec2 cell = vec2(place) + WITHIN_CELL;
+    vec3 at = lattice.origin + cell.x * lattice.edge_u + cell.y * lattice.edge_v;
     uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
     ChainPath path;
     path.triangle = NO_TRIANGLE;
