@@ -114,51 +114,6 @@ pub fn tube(wall: f64) -> Scene {
     on_floor(turned(&parts), IOR)
 }
 
-/// A column of triangular section that light enters at a right angle. It meets the back from inside at `angle` degrees less
-/// than the angle of total reflection.
-pub fn wedge(angle: f64) -> Scene {
-    let inside = (1.0 / IOR).asin() - angle.to_radians();
-    // A horizontal top and a slanting back below it, whose normals enclose that angle.
-    let (width, tangent) = (0.6, inside.tan());
-    let depth = width * tangent;
-    let low = 1.0;
-    let corners = [
-        DVec2::new(-width / 2.0, low + depth),
-        DVec2::new(width / 2.0, low),
-        DVec2::new(width / 2.0, low + depth),
-    ];
-    let mut mesh = Mesh::default();
-    let mut add = |points: &[DVec3]| {
-        let normal = (points[1] - points[0])
-            .cross(points[2] - points[1])
-            .normalize();
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend(points);
-        mesh.normals.extend(vec![normal; points.len()]);
-        for i in 1..points.len() as u32 - 1 {
-            mesh.triangles.push([first, first + i, first + i + 1]);
-        }
-    };
-    let half = 0.3;
-    let at = |z: f64| corners.map(|corner| corner.extend(z));
-    add(&at(half));
-    let mut back = at(-half);
-    back.reverse();
-    add(&back);
-    for i in 0..3 {
-        let (a, b) = (corners[i], corners[(i + 1) % 3]);
-        add(&[(a, -half), (b, -half), (b, half), (a, half)].map(|(corner, z)| corner.extend(z)));
-    }
-    let mut scene = on_floor(mesh, IOR);
-    scene.lights = vec![sun(DVec3::Y, 1.0, 0.0)];
-    // Light leaves along the back, toward −x, and lands far from below the wedge.
-    let crate::scene::Geometry::Rect(floor) = &mut scene.objects[1].geometry else {
-        unreachable!("the receiver is a rect");
-    };
-    *floor = horizontal(4.0, 0.0);
-    scene
-}
-
 /// Whether the scene has a body of glass, whose light only some methods have.
 pub fn has_glass(scene: &Scene) -> bool {
     scene.objects.iter().any(|object| {

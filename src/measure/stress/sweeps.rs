@@ -310,16 +310,6 @@ pub fn sweeps() -> Vec<Sweep> {
             axis: "thickness of the wall / outer radius",
             values: vec![0.5, 0.2, 0.1, 0.03, 0.01, 3e-3, 1e-3],
             scene: |wall, _| glass::tube(wall),
-            ..usual.clone()
-        },
-        Sweep {
-            name: "glass-total-reflection",
-            title: "Near total reflection",
-            setup: "A wedge that a point of light enters at a right angle; it leaves through the slanting back, 1 m over a floor \
-                    of 8 m × 8 m.",
-            axis: "angle of total reflection − angle of incidence inside, °",
-            values: vec![20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2],
-            scene: |angle, _| glass::wedge(angle),
             ..usual
         },
     ]
