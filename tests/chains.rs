@@ -123,10 +123,9 @@ fn sheet_without_thickness() {
 fn glass_displaces_what_overlaps_it() {
     let toward = DVec3::new(0.5, 0.8, 0.2);
     let colour = |ior: f64, priority: i32, absorption: DVec3| Dielectric {
-        ior,
         priority,
         absorption,
-        thin: false,
+        ..Dielectric::new(ior)
     };
     let with = |of_glass: i32| {
         let glass = block(DVec3::new(-1.0, 0.2, -1.0), DVec3::new(1.0, 0.3, 1.0));

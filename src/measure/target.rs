@@ -227,7 +227,9 @@ mod tests {
     #[test]
     fn other_shapes_and_black_images_are_refused() {
         let square = image(2, &[1.0; 4]);
-        let refuse = |map, target| compare_with_target(map, target).unwrap_err().to_string();
+        let refuse = |map: &RgbImage, target: &RgbImage| {
+            compare_with_target(map, target).unwrap_err().to_string()
+        };
         let wide = refuse(&square, &image(4, &[1.0; 8]));
         assert!(
             wide.contains("2 x 2 texels and the target 4 x 2 pixels"),

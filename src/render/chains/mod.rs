@@ -22,7 +22,7 @@ const PATHS_PER_RAY: f64 = 1.5;
 const FOOTPRINTS_PER_RAY: f64 = 2.0;
 /// The same where light is dispersed, up to a number of footprints.
 const DISPERSED_FOOTPRINTS_PER_RAY: f64 = 12.0;
-const MAX_DISPERSED_FOOTPRINTS: u32 = 1 << 21;
+const MAX_DISPERSED_FOOTPRINTS: u32 = 3 << 19; // 120 MiB, below what every device allows for a buffer
 /// Variance of a kernel over the square of the lattice's cell. Less leaves gaps where the cells' images do not join.
 const SPREAD: f32 = 0.2;
 /// Number of waves, after which every path follows one lobe of a surface to its end.
