@@ -267,6 +267,7 @@ mod tests {
                 "globe",
                 "lens",
                 "pool_sky",
+                "prism",
                 "table",
                 "tumbler",
                 "two_mirrors",

@@ -365,6 +365,7 @@ mod tests {
         let file = folder.path().join("scene.toml");
         let text = "version = 1 # first\n[camera]\nposition = [0, 1, 3]\ntarget = [0, 0, 0]\nfov_degrees = 40 # wide\n\
              [[light]]\nname = \"sun\"\nkind = \"sun\"\ndirection = [0, 2, 1] # up\nirradiance = [1, 1, 1]\n\
+             angular_radius_degrees = 0.0\n\
              [[material]]\nname = \"white\"\nkind = \"diffuse\"\nalbedo = [0.5, 0.5, 0.5]\n\
              [[material]]\nname = \"metal\"\nkind = \"mirror\"\nreflectance = [1, 1, 1]\n\
              [[object]]\nname = \"floor\" # below\nmaterial = \"white\"\nlightmap = [8, 8]\n\
