@@ -29,8 +29,6 @@ layout(push_constant) uniform PointsPush {
     float spectral_middle; // coordinate of the wavelength of Object.index
 } push;
 layout(std430, binding = 10) readonly buffer Spectrum { vec4 weights_below[]; };
-// Whether a medium disperses light.
-layout(constant_id = 8) const bool DISPERSES = false;
 
 #include "trace.glsl"
 #include "light.glsl"
@@ -159,11 +157,10 @@ void main() {
     media_at(uvec2(0), object, front, media[0], media[1]);
     vec3 tint = vec3(1.0);
     if (DISPERSES) {
-        // Light of one wavelength.
-        uint step_ = fraction(point, 5) >> 8;
-        float s_ = (float(step_) + 0.5) / 16777216.0;
-        spectral_offset = s_ - push.spectral_middle;
-        uint index = uint(s_ * float(SPECTRAL_STEPS));
+        // Light of one wavelength, by its coordinate on the spectrum.
+        float wavelength = coordinate(point, 5);
+        spectral_offset = wavelength - push.spectral_middle;
+        uint index = uint(wavelength * float(SPECTRAL_STEPS));
         tint = float(SPECTRAL_STEPS) * (weights_below[index + 1] - weights_below[index]).rgb;
         if (is_body(object)) eta = filling(media[0]).ior / filling(media[1]).ior;
     }

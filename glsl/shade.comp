@@ -6,8 +6,6 @@
 #include "shade.glsl"
 #include "media.glsl"
 
-// Whether a medium disperses light.
-layout(constant_id = 8) const bool DISPERSES = false;
 layout(std430, binding = 19) readonly buffer Spectrum { vec4 weights_below[]; }; // see spectrum.glsl
 
 // Segments of a camera ray and of all rays that it splits into.

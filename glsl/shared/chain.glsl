@@ -10,9 +10,6 @@ const vec2 WITHIN_CELL = vec2(0.4716, 0.5387);
 // Squared support radius of the sharpest kernel of a curved patch, p = SHARPEST_CURVED: 2 (p + 2).
 const float CHAIN_SUPPORT = 12.0;
 
-// Whether a medium disperses light.
-layout(constant_id = 8) const bool DISPERSES = false;
-
 // Columns of Changes that are in use.
 int columns() {
     if (DISPERSES) return 5;

@@ -3,6 +3,8 @@
 // the body; 0: none. The including shader declares `objects`.
 
 const uint MEDIA_SLOTS = 4;
+// Whether a medium disperses light.
+layout(constant_id = 8) const bool DISPERSES = false;
 
 uint medium_in(uvec2 media, uint slot) {
     return (slot < 2 ? media.x : media.y) >> (16 * (slot & 1)) & 0xffffu;

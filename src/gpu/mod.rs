@@ -41,17 +41,22 @@ pub use validation::Messages;
 use crate::error::Error;
 use ash::vk;
 
+/// Why a Vulkan call failed, in words.
+pub fn reason_of(result: vk::Result) -> String {
+    match result {
+        vk::Result::ERROR_DEVICE_LOST => "the device was lost".into(),
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "out of device memory".into(),
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY => "out of host memory".into(),
+        other => format!("{other} ({other:?})"),
+    }
+}
+
 /// Turns a failed Vulkan call into an [`Error::Device`] that names what was being done.
 fn device_error(action: &str) -> impl FnOnce(vk::Result) -> Error + '_ {
     move |result| {
         Error::Device {
         action: action.to_owned(),
-        reason: match result {
-            vk::Result::ERROR_DEVICE_LOST => "the device was lost".into(),
-            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "out of device memory".into(),
-            vk::Result::ERROR_OUT_OF_HOST_MEMORY => "out of host memory".into(),
-            other => format!("{other} ({other:?})"),
-        },
+        reason: reason_of(result),
         remedy: match result {
             vk::Result::ERROR_DEVICE_LOST => {
                 "ask for fewer samples or smaller light maps, update the driver, or choose another device"

@@ -130,9 +130,7 @@ impl Problem<'_> {
             if is_last {
                 return;
             }
-            if sides.disperses {
-                flux *= std::mem::replace(&mut ray.tint, DVec3::ONE);
-            }
+            flux *= sides.take_tint(&mut ray.tint);
             let leaving = (mirror.surface).leaving_with_fallback(
                 sides.ior,
                 -ray.direction,

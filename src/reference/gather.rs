@@ -219,12 +219,10 @@ impl<'a> Gathering<'a> {
         let bounded = cosine_x * cosine_y / (distance_squared + near_squared(self.problem));
         let dielectrics = &self.problem.chains.dielectrics;
         // The lower bits of a coordinate are as random as the upper ones.
-        let (wavelength, tint) = dielectrics.wavelength(|| (v * 65_536.0).fract());
+        let (wavelength, mut tint) = dielectrics.wavelength(|| (v * 65_536.0).fract());
         let sides = self.problem.first_sides(triangle, out, wavelength);
-        let mut transmitted = sides.media[0].transmittance(dielectrics, distance);
-        if sides.disperses {
-            transmitted *= tint;
-        }
+        let transmitted =
+            sides.media[0].transmittance(dielectrics, distance) * sides.take_tint(&mut tint);
         let sources =
             (triangle.surface).leaving(sides.ior, out, x.normal, triangle.geometric_normal);
         sources.map(|source| {

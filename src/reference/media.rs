@@ -74,7 +74,17 @@ pub struct Sides {
     /// Whether they differ. Light passes straight through the surface of a body that another one displaces.
     pub is_interface: bool,
     /// Whether what happens to light depends on its wavelength.
-    pub disperses: bool,
+    disperses: bool,
+}
+
+impl Sides {
+    /// Factor on the colour of light that has this tint for the first surface that disperses it, and keeps the tint until then.
+    pub fn take_tint(&self, tint: &mut DVec3) -> DVec3 {
+        match self.disperses {
+            true => std::mem::replace(tint, DVec3::ONE),
+            false => DVec3::ONE,
+        }
+    }
 }
 
 impl Media {

@@ -186,12 +186,8 @@ impl<'a> LightTracing<'a> {
         let light = emitter.draw(point.position, u2, u3);
         let cosine = point.normal.dot(light.direction).abs();
         let dielectrics = &problem.chains.dielectrics;
-        let (wavelength, tint) = dielectrics.wavelength(|| choices.next());
+        let (wavelength, mut tint) = dielectrics.wavelength(|| choices.next());
         let sides = problem.first_sides(triangle, light.direction, wavelength);
-        let (tint_here, tint) = match sides.disperses {
-            true => (tint, DVec3::ONE),
-            false => (DVec3::ONE, tint),
-        };
         let leaving = (triangle.surface).leaving(
             sides.ior,
             light.direction,
@@ -208,7 +204,7 @@ impl<'a> LightTracing<'a> {
         }
         let arriving = triangle.area
             * cosine
-            * tint_here
+            * sides.take_tint(&mut tint)
             * sides.media[0].transmittance(dielectrics, light.distance);
         for (leaving, media) in leaving.into_iter().zip(sides.media) {
             let Some(leaving) = leaving else {

@@ -4,13 +4,49 @@
 use super::Mesh;
 use super::obj_text::{Corner, NONE};
 use foldhash::fast::RandomState;
+#[cfg(feature = "cli")]
+use glam::DVec2;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
+#[cfg(feature = "cli")]
+use std::f64::consts::TAU;
 use std::hash::BuildHasher;
 
 #[cfg(feature = "cli")]
 impl Mesh {
+    /// Body of revolution about the y axis, of `segments` around. The outside is at the right of its profile, which consists of smooth
+    /// curves of (radius, height), m, and unit normals; neighbours share their ends.
+    pub fn revolved(profile: &[Vec<[DVec2; 2]>], segments: u32) -> Self {
+        let mut mesh = Self::default();
+        for curve in profile {
+            let first = mesh.positions.len() as u32;
+            for i in 0..segments {
+                let (sine, cosine) = (TAU * f64::from(i) / f64::from(segments)).sin_cos();
+                let place = |p: DVec2| DVec3::new(p.x * cosine, p.y, p.x * sine);
+                mesh.positions
+                    .extend(curve.iter().map(|point| place(point[0])));
+                mesh.normals
+                    .extend(curve.iter().map(|point| place(point[1])));
+            }
+            let rows = curve.len() as u32;
+            for i in 0..segments {
+                for row in 0..rows - 1 {
+                    let [a, b] =
+                        [i, (i + 1) % segments].map(|segment| first + segment * rows + row);
+                    // On the axis, two corners are one.
+                    if curve[row as usize][0].x > 0.0 {
+                        mesh.triangles.push([a, a + 1, b]);
+                    }
+                    if curve[row as usize + 1][0].x > 0.0 {
+                        mesh.triangles.push([b, a + 1, b + 1]);
+                    }
+                }
+            }
+        }
+        mesh
+    }
+
     /// Of triangles that share their vertices, each three indices of `positions`, with normals that are interpolated
     /// across triangles where `is_smooth`, and those of the triangles otherwise. Triangles without area are left out.
     pub(crate) fn of_triangles(

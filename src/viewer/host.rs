@@ -5,7 +5,9 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{
     Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
 };
-use nephroid::gpu::{Context, DeviceInfo, External, Messages, SuitableDevice, suitable_devices};
+use nephroid::gpu::{
+    Context, DeviceInfo, External, Messages, SuitableDevice, reason_of, suitable_devices,
+};
 use nephroid::{Error, Result};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use std::ffi::{CStr, c_char};
@@ -61,12 +63,7 @@ pub fn failed(action: &str) -> impl FnOnce(vk::Result) -> Error + '_ {
     move |result| {
         Error::Device {
         action: action.to_owned(),
-        reason: match result {
-            vk::Result::ERROR_DEVICE_LOST => "the device was lost".into(),
-            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "out of device memory".into(),
-            vk::Result::ERROR_OUT_OF_HOST_MEMORY => "out of host memory".into(),
-            other => format!("{other} ({other:?})"),
-        },
+        reason: reason_of(result),
         remedy: "use a smaller window or smaller light maps, update the driver, or choose another device".into(),
     }
     }

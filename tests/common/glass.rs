@@ -8,7 +8,7 @@ use nephroid::optics::fresnel_dielectric;
 use nephroid::scene::{
     Dielectric, Geometry, Light, LightKind, Material, MaterialKind, Mesh, Object, Rect, Scene,
 };
-use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use std::sync::Arc;
 
 const RECEIVER: &str = "floor";
@@ -63,36 +63,9 @@ fn column(corners: [DVec2; 3], half: f64) -> Geometry {
     Geometry::Mesh(Arc::new(mesh))
 }
 
-/// Body of revolution about the y axis. Its profile consists of smooth curves of (radius, height) and outward normals, from the
-/// axis at the bottom to the axis at the top; neighbours share their ends.
+/// Body of revolution: see [`Mesh::revolved`]. Its profile runs from the axis at the bottom to the axis at the top.
 fn turned(profile: &[Vec<[DVec2; 2]>]) -> Geometry {
-    const SEGMENTS: u32 = 96;
-    let mut mesh = Mesh::default();
-    for curve in profile {
-        let first = mesh.positions.len() as u32;
-        for i in 0..SEGMENTS {
-            let (sine, cosine) = (TAU * f64::from(i) / f64::from(SEGMENTS)).sin_cos();
-            let place = |p: DVec2| DVec3::new(p.x * cosine, p.y, p.x * sine);
-            mesh.positions
-                .extend(curve.iter().map(|point| place(point[0])));
-            mesh.normals
-                .extend(curve.iter().map(|point| place(point[1])));
-        }
-        let rows = curve.len() as u32;
-        for i in 0..SEGMENTS {
-            for row in 0..rows - 1 {
-                let [a, b] = [i, (i + 1) % SEGMENTS].map(|segment| first + segment * rows + row);
-                // On the axis, two corners are one.
-                if curve[row as usize][0].x > 0.0 {
-                    mesh.triangles.push([a, a + 1, b]);
-                }
-                if curve[row as usize + 1][0].x > 0.0 {
-                    mesh.triangles.push([b, a + 1, b + 1]);
-                }
-            }
-        }
-    }
-    Geometry::Mesh(Arc::new(mesh))
+    Geometry::Mesh(Arc::new(Mesh::revolved(profile, 96)))
 }
 
 /// A straight part of a profile; the outside is at the right of its way up.

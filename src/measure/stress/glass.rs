@@ -3,7 +3,7 @@
 use super::scenes::{horizontal, scene, sun};
 use crate::scene::{Dielectric, Geometry, MaterialKind, Mesh, Scene};
 use glam::{DVec2, DVec3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Radius of the ball, m.
 const RADIUS: f64 = 0.5;
@@ -12,38 +12,8 @@ const IOR: f64 = 1.5;
 const FLOOR: f64 = 1.0;
 /// Angular radius of the sun as seen from the Earth, degrees.
 const SUN: f64 = 0.2665;
-
-/// Body of revolution about the y axis. The outside is at the right of its profile, which consists of smooth curves of (radius,
-/// height) and normals; neighbours share their ends.
-fn turned(profile: &[Vec<[DVec2; 2]>]) -> Mesh {
-    const SEGMENTS: u32 = 96;
-    let mut mesh = Mesh::default();
-    for curve in profile {
-        let first = mesh.positions.len() as u32;
-        for i in 0..SEGMENTS {
-            let (sine, cosine) = (TAU * f64::from(i) / f64::from(SEGMENTS)).sin_cos();
-            let place = |p: DVec2| DVec3::new(p.x * cosine, p.y, p.x * sine);
-            mesh.positions
-                .extend(curve.iter().map(|point| place(point[0])));
-            mesh.normals
-                .extend(curve.iter().map(|point| place(point[1])));
-        }
-        let rows = curve.len() as u32;
-        for i in 0..SEGMENTS {
-            for row in 0..rows - 1 {
-                let [a, b] = [i, (i + 1) % SEGMENTS].map(|segment| first + segment * rows + row);
-                // On the axis, two corners are one.
-                if curve[row as usize][0].x > 0.0 {
-                    mesh.triangles.push([a, a + 1, b]);
-                }
-                if curve[row as usize + 1][0].x > 0.0 {
-                    mesh.triangles.push([b, a + 1, b + 1]);
-                }
-            }
-        }
-    }
-    mesh
-}
+/// Around a body.
+const SEGMENTS: u32 = 96;
 
 /// A straight part of a profile.
 fn straight(from: DVec2, to: DVec2, rows: u32) -> Vec<[DVec2; 2]> {
@@ -74,7 +44,7 @@ fn ball_at(gap: f64, ior: f64) -> Scene {
         let out = DVec2::new(if row % ROWS == 0 { 0.0 } else { sine }, cosine);
         [RADIUS * out + height * DVec2::Y, out]
     });
-    on_floor(turned(&[profile.collect()]), ior)
+    on_floor(Mesh::revolved(&[profile.collect()], SEGMENTS), ior)
 }
 
 /// A ball of glass that comes down to the floor.
@@ -111,7 +81,7 @@ pub fn tube(wall: f64) -> Scene {
             )
         })
         .collect();
-    on_floor(turned(&parts), IOR)
+    on_floor(Mesh::revolved(&parts, SEGMENTS), IOR)
 }
 
 /// Whether the scene has a body of glass, whose light only some methods have.

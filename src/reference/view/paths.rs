@@ -305,9 +305,7 @@ impl Paths {
             if ray.bounces == MAX_BOUNCES {
                 return;
             }
-            if sides.disperses {
-                weight *= std::mem::replace(&mut ray.tint, DVec3::ONE);
-            }
+            weight *= sides.take_tint(&mut ray.tint);
             let tint = ray.tint;
             let next = |leaving: &Leaving, probability: f64, splits: u32, side: usize| Ray {
                 origin: position,
