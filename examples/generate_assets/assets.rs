@@ -1,6 +1,6 @@
 //! The meshes, textures and environments that the shipped scenes use, as bytes. Lengths in metres.
 
-// By path, since `tests/assets.rs` includes this file from another folder.
+// By path, since `tests/suite/assets.rs` includes this file from another folder.
 #[path = "engineered/mod.rs"]
 mod engineered;
 #[path = "irregular/mod.rs"]

@@ -1,6 +1,6 @@
 //! Writes the generated part of `assets/`: `cargo run --example generate_assets`.
 //!
-//! Rerunning changes no byte; `tests/assets.rs` holds the checked-in files to that.
+//! Rerunning changes no byte; `tests/suite/assets.rs` holds the checked-in files to that.
 
 mod assets;
 

@@ -21,7 +21,7 @@ Camera views are compared with path tracing in [views.md](views.md).
 const CLOSING: &str = "
 ## Without a test
 
-- Water of η = a cos kx, which focuses at the depth 1/(a k² (1 − 1/n)): `tests/water.rs`.
+- Water of η = a cos kx, which focuses at the depth 1/(a k² (1 − 1/n)): `tests/suite/water.rs`.
 - The irradiance from the curvatures of the wavefront, E₀ cos θ / |(1 + tκ₁)(1 + tκ₂)|, in general:
   only as the paraboloid above.
 - The peak at a fold, which grows as blur^(−1/2).

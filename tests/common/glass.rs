@@ -1,6 +1,6 @@
 //! Scenes of glass with closed forms: plates, prisms, drops and lenses.
 
-use super::closed_forms::{Asked, Case, Figure, Form, Solver, Unit};
+use super::closed_forms::{Asked, Case, Figure, Form, Solver, Twin, Unit};
 use super::{flux, footprint, load, middles, object_mut, ratio_error, rect, toward_sun};
 use glam::{DVec2, DVec3};
 use nephroid::image_file::RgbImage;
@@ -593,11 +593,7 @@ const fn case(
     }
 }
 
-const fn asked(
-    figure: &'static Figure,
-    bound: f64,
-    twins: &'static [super::closed_forms::Twin],
-) -> [Asked; 1] {
+const fn asked(figure: &'static Figure, bound: f64, twins: &'static [Twin]) -> [Asked; 1] {
     [Asked {
         figure,
         bound,
@@ -605,17 +601,17 @@ const fn asked(
     }]
 }
 
-static PLATE_BY_DEVICE: [Asked; 1] = asked(&PLATE_TRANSMITTANCE, 0.005, &[thicker]);
-static PLATE_BY_REFERENCE: [Asked; 1] = asked(&PLATE_TRANSMITTANCE, 0.003, &[thicker]);
+static PLATE_BY_DEVICE: [Asked; 1] = asked(&PLATE_TRANSMITTANCE, 0.005, &[Twin::Of(thicker)]);
+static PLATE_BY_REFERENCE: [Asked; 1] = asked(&PLATE_TRANSMITTANCE, 0.003, &[Twin::Of(thicker)]);
 /// A texel is a third of the shift wide; its edges are blurred evenly.
-static SHIFT_ASKED: [Asked; 1] = asked(&PLATE_SHIFT, 0.01, &[denser]);
-static PRISM_ASKED: [Asked; 1] = asked(&PRISM_DEVIATION, 0.003, &[denser]);
+static SHIFT_ASKED: [Asked; 1] = asked(&PLATE_SHIFT, 0.01, &[Twin::Of(denser)]);
+static PRISM_ASKED: [Asked; 1] = asked(&PRISM_DEVIATION, 0.003, &[Twin::Of(denser)]);
 /// Of that, 0.14 % are spherical aberration at this aperture.
-static BALL_ASKED: [Asked; 1] = asked(&BALL_FOCAL_LENGTH, 0.005, &[denser]);
-static HYPERBOLIC_ASKED: [Asked; 1] = asked(&HYPERBOLIC_FOCUS, 0.01, &[denser]);
-static ELLIPTIC_ASKED: [Asked; 1] = asked(&ELLIPTIC_FOCUS, 0.01, &[denser]);
+static BALL_ASKED: [Asked; 1] = asked(&BALL_FOCAL_LENGTH, 0.005, &[Twin::Of(denser)]);
+static HYPERBOLIC_ASKED: [Asked; 1] = asked(&HYPERBOLIC_FOCUS, 0.01, &[Twin::Of(denser)]);
+static ELLIPTIC_ASKED: [Asked; 1] = asked(&ELLIPTIC_FOCUS, 0.01, &[Twin::Of(denser)]);
 /// 0.1 % of the deviation are 0.14°.
-static RAINBOW_ASKED: [Asked; 1] = asked(&RAINBOW_EDGE, 0.001, &[denser]);
+static RAINBOW_ASKED: [Asked; 1] = asked(&RAINBOW_EDGE, 0.001, &[Twin::Of(denser)]);
 
 const SAME: &str = "the same";
 

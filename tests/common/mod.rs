@@ -312,9 +312,13 @@ pub fn l1(a: &RgbImage, b: &RgbImage) -> f64 {
 }
 
 pub fn scaled(image: &RgbImage, factor: f32) -> RgbImage {
+    tinted(image, [factor; 3])
+}
+
+pub fn tinted(image: &RgbImage, factor: [f32; 3]) -> RgbImage {
     RgbImage {
         pixels: (image.pixels.iter())
-            .map(|rgb| rgb.map(|value| factor * value))
+            .map(|rgb| [0, 1, 2].map(|c| factor[c] * rgb[c]))
             .collect(),
         ..*image
     }

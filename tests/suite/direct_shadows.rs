@@ -1,0 +1,188 @@
+//! Shadows in the maps of direct light, against closed forms, and views that use them.
+
+use crate::common::{Device, assert_error, footprint, load, middles, object_mut, toward_sun};
+use glam::DVec3;
+use nephroid::image_file::RgbImage;
+use nephroid::scene::{Geometry, LightKind, MaterialKind, Object, Rect, Scene};
+use std::f64::consts::PI;
+
+/// The floor of mirror.toml under a sun in the zenith of this angular radius, and a blocker in place of its mirror.
+fn under_zenith(radius: f64, blocker: Rect, texels: [u32; 2]) -> Scene {
+    let mut scene = load("mirror.toml");
+    if let LightKind::Sun {
+        direction,
+        angular_radius,
+        ..
+    } = &mut scene.lights[0].kind
+    {
+        (*direction, *angular_radius) = (DVec3::Y, radius);
+    }
+    let floor = scene.objects[scene.object_index("floor").unwrap()].clone();
+    object_mut(&mut scene, "floor").light_map = Some(texels);
+    let mirror = object_mut(&mut scene, "mirror");
+    *mirror = Object {
+        name: "mirror".into(),
+        geometry: Geometry::Rect(blocker),
+        light_map: None,
+        ..floor
+    };
+    scene
+}
+
+fn rect(origin: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3]) -> Rect {
+    let [origin, edge_u, edge_v] = [origin, edge_u, edge_v].map(DVec3::from);
+    Rect {
+        origin,
+        edge_u,
+        edge_v,
+    }
+}
+
+/// A half-plane at the height h under a disc of the radius α hides a segment of it: what is lit at the distance x from the
+/// edge is 1/2 + (u √(1 − u²) + asin u)/π, u = x/(h tan α).
+#[test]
+fn penumbra_of_a_straight_edge() {
+    let device = Device::open();
+    let (height, radius, texels) = (0.5, 0.05f64, [128, 128]);
+    let error = |edge: f64| {
+        let blocker = rect([edge, height, 3.0], [5.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
+        let scene = under_zenith(radius, blocker, texels);
+        let map = device.direct(&scene, "floor");
+        let places = middles(&scene, "floor", texels);
+        let lit = |x: f64| {
+            let u = (-x / (height * radius.tan())).clamp(-1.0, 1.0);
+            0.5 + (u * (1.0 - u * u).sqrt() + u.asin()) / PI
+        };
+        (places.iter().zip(&map.pixels))
+            .map(|(place, rgb)| (f64::from(rgb[0]) - lit(place.x + 0.2037)).abs())
+            .fold(0.0, f64::max)
+    };
+    // Sixteen rays for a texel, whose side is a quarter of the penumbra's half width.
+    assert_error(
+        "penumbra of an edge",
+        0.05,
+        error(-0.2037),
+        error(-0.2037 + 0.005),
+    );
+}
+
+/// A strip of a fifth of a texel's width hides its area, wherever it lies between the rays.
+#[test]
+fn thin_blockers_are_not_lost() {
+    let device = Device::open();
+    let texels = [128, 128];
+    let side = 1.6 / 128.0;
+    let hidden = |width: f64, shift: f64| {
+        // Slightly turned, so that it passes all places within a texel.
+        let strip = rect(
+            [-0.2 + shift * side, 0.02, 0.9],
+            [width, 0.0, 0.0],
+            [0.05, 0.0, -1.0],
+        );
+        let scene = under_zenith(0.0, strip, texels);
+        let map = device.direct(&scene, "floor");
+        let missing: f64 = map.pixels.iter().map(|rgb| 1.0 - f64::from(rgb[0])).sum();
+        missing * side * side / (width * 1.0)
+    };
+    for shift in [0.0, 0.37] {
+        let width = 0.2 * side;
+        let [error, perturbed] =
+            [1.0, 1.2].map(|factor| (hidden(factor * width, shift) * factor - 1.0).abs());
+        assert_error("shadow of a thin strip", 0.1, error, perturbed);
+    }
+}
+
+fn bits(image: &RgbImage) -> Vec<u32> {
+    let values = image.pixels.as_flattened().iter();
+    values.map(|value| value.to_bits()).collect()
+}
+
+/// A frame in which only the camera moved is that of a renderer that was made for it, bit by bit; and a light that moved
+/// moves its shadows.
+#[test]
+fn the_camera_moves_alone() {
+    let device = Device::open();
+    let mut scene = load("ring.toml");
+    for texels in scene
+        .objects
+        .iter_mut()
+        .filter_map(|object| object.light_map.as_mut())
+    {
+        *texels = [64, 64];
+    }
+    let size = [64, 36];
+    let fresh = |scene: &Scene| {
+        let mut renderer = device.renderer(scene, &footprint(1024));
+        renderer.view(&scene.camera, size, 2).unwrap();
+        bits(&renderer.read_view().unwrap())
+    };
+    let mut renderer = device.renderer(&scene, &footprint(1024));
+    renderer.view(&scene.camera, size, 2).unwrap();
+    let first = bits(&renderer.read_view().unwrap());
+    scene.camera.position += DVec3::new(0.3, 0.1, -0.2);
+    renderer.update(&scene).unwrap();
+    renderer.view(&scene.camera, size, 2).unwrap();
+    let second = bits(&renderer.read_view().unwrap());
+    assert_ne!(first, second);
+    assert!(second == fresh(&scene), "only the camera moved");
+    if let LightKind::Sun { direction, .. } = &mut scene.lights[0].kind {
+        *direction = DVec3::new(-0.6, 0.6, 0.5).normalize();
+    }
+    renderer.update(&scene).unwrap();
+    renderer.view(&scene.camera, size, 2).unwrap();
+    let third = bits(&renderer.read_view().unwrap());
+    assert_ne!(second, third);
+    assert!(third == fresh(&scene), "the sun moved");
+}
+
+/// A box without a light map shows albedo/π E cos θ on the face toward the camera, and its flat faces are even.
+#[test]
+fn meshes_without_light_maps_are_lit() {
+    let device = Device::open();
+    let mut scene = load("blocker.toml");
+    let post = scene.object_index("post").unwrap();
+    let mesh = scene.objects[post].geometry.mesh().into_owned();
+    let [low, high] = mesh.bounds();
+    // The highest points are seen from above, and nothing is above them.
+    let top = DVec3::new(0.5 * (low.x + high.x), high.y, 0.5 * (low.z + high.z));
+    scene.camera.position = top + DVec3::new(0.01, 1.0, 0.01);
+    scene.camera.target = top;
+    scene.camera.fov = 1e-3;
+    let material = scene.objects[post].material;
+    let MaterialKind::Diffuse { albedo } = scene.materials[material].kind else {
+        panic!("the post is diffuse");
+    };
+    let LightKind::Sun { irradiance, .. } = scene.lights[0].kind else {
+        panic!("a sun");
+    };
+    let mut renderer = device.renderer(&scene, &footprint(1024));
+    renderer.view(&scene.camera, [4, 4], 2).unwrap();
+    let image = renderer.read_view().unwrap();
+    let exact = albedo / PI * irradiance * toward_sun(&scene).y;
+    let error = |factor: f64| {
+        (image.pixels.iter())
+            .map(|rgb| crate::common::ratio_error(rgb.map(f64::from), (factor * exact).to_array()))
+            .fold(0.0, f64::max)
+    };
+    assert_error("top of the post", 0.02, error(1.0), error(1.05));
+}
+
+/// Pixels of an even surface do not depend on the number of samples, nor on the parts that the picture is computed in.
+#[test]
+fn parts_of_a_picture_fit_together() {
+    let device = Device::open();
+    let scene = load("mirror.toml");
+    let view = |side| {
+        let mut renderer = device.renderer(&scene, &footprint(1024));
+        renderer.view(&scene.camera, [50, 45], side).unwrap();
+        renderer.read_view().unwrap()
+    };
+    let [two, five] = [2, 5].map(view);
+    let differs =
+        |a: &[f32; 3], b: &[f32; 3]| (0..3).any(|c| (a[c] - b[c]).abs() > 0.02 * a[c].max(b[c]));
+    let differing = (two.pixels.iter().zip(&five.pixels))
+        .filter(|(a, b)| differs(a, b))
+        .count();
+    // The outlines of the mirror, of the floor and of what is mirrored.
+    assert!((1..450).contains(&differing), "{differing} of 2250 pixels");
+}

@@ -1,0 +1,137 @@
+//! Glass that disperses light: a closed form, and the reference.
+
+use crate::common::{
+    Device, assert_error_beyond_noise, footprint, image, l1, l1_noise, load_with_chains, method,
+    object_mut, only_receiver, options, solve,
+};
+use glam::DVec3;
+use nephroid::image_file::RgbImage;
+use nephroid::render::{Method, Settings};
+use nephroid::scene::{
+    Dielectric, Dispersion, GLASSES, Geometry, LightKind, MaterialKind, Rect, Scene,
+};
+use nephroid::spectrum;
+use std::f64::consts::FRAC_PI_3;
+
+/// By which the prism of the scene is turned from its mesh.
+const TURNED: f64 = 29.8;
+/// From the prism to the screen, m: far, so that the width of the beam does not matter.
+const DISTANCE: f64 = 20.0;
+const WIDTH: f64 = 1.6;
+const TEXELS: [u32; 2] = [256, 16];
+
+/// Deviation of light that meets an equilateral prism at the angle `incidence` to the normal: i + e − A with the angle of
+/// emergence sin e = sin A √(n² − sin² i) − cos A sin i (Born and Wolf, *Principles of optics*, section 4.7.2).
+fn deviation(incidence: f64, index: f64) -> f64 {
+    let (sine, cosine) = FRAC_PI_3.sin_cos();
+    let emergence =
+        sine * (index.powi(2) - incidence.sin().powi(2)).sqrt() - cosine * incidence.sin();
+    incidence + emergence.asin() - FRAC_PI_3
+}
+
+/// The prism of `prism.toml`, of BK7, in light along +x, and a screen that faces it where light of 550 nm goes. Also returns the angle
+/// of incidence.
+fn prism() -> (Scene, f64) {
+    let mut scene = load_with_chains("prism.toml");
+    let glass = Dispersion::Sellmeier(GLASSES[0].1);
+    let index = scene.object_index("prism").unwrap();
+    let material = scene.objects[index].material;
+    scene.materials[material].kind = MaterialKind::Dielectric(Dielectric {
+        dispersion: Some(glass),
+        ..Dielectric::new(1.5168)
+    });
+    scene
+        .objects
+        .retain(|object| ["prism", "wall"].contains(&&*object.name));
+    scene.lights.truncate(1);
+    scene.lights[0].kind = LightKind::Sun {
+        direction: DVec3::NEG_X,
+        irradiance: DVec3::ONE,
+        angular_radius: 1e-3,
+    };
+    // The normal of the face that is lit lies 30° from -x, before the prism is turned, toward +z.
+    let incidence = (30.0 + TURNED).to_radians();
+    let bent = deviation(incidence, glass.index(spectrum::MIDDLE));
+    let ahead = DVec3::new(bent.cos(), 0.0, -bent.sin());
+    let further_bent = DVec3::new(-bent.sin(), 0.0, -bent.cos());
+    let wall = object_mut(&mut scene, "wall");
+    wall.light_map = Some(TEXELS);
+    wall.geometry = Geometry::Rect(Rect {
+        origin: DISTANCE * ahead - 0.5 * WIDTH * further_bent + 0.4 * DVec3::Y,
+        edge_u: WIDTH * further_bent,
+        edge_v: 0.6 * DVec3::NEG_Y,
+    });
+    (scene, incidence)
+}
+
+/// Mean place of the light of each channel along the screen, m from its middle, and the sum of each.
+fn places(map: &RgbImage) -> [DVec3; 2] {
+    let [mut place, mut sum] = [DVec3::ZERO; 2];
+    for (texel, value) in map.pixels.iter().enumerate() {
+        let value = DVec3::from(value.map(f64::from));
+        let column = (texel % TEXELS[0] as usize) as f64 + 0.5;
+        place += value * WIDTH * (column / f64::from(TEXELS[0]) - 0.5);
+        sum += value;
+    }
+    [place / sum, sum]
+}
+
+#[test]
+fn a_prism_bends_each_channel_by_snells_law() {
+    let (scene, incidence) = prism();
+    let glass = Dispersion::Sellmeier(GLASSES[0].1);
+    let at = |wavelength| deviation(incidence, glass.index(wavelength));
+    const STEPS: u32 = 2000;
+    let expected = (0..STEPS)
+        .map(|i| {
+            let (wavelength, weight) = spectrum::draw((f64::from(i) + 0.5) / f64::from(STEPS));
+            weight * DISTANCE * (at(wavelength) - at(spectrum::MIDDLE)).tan()
+        })
+        .sum::<DVec3>()
+        / f64::from(STEPS);
+    let device = Device::open();
+    for (settings, bound) in [
+        (footprint(16_384), 0.005),
+        (method(Method::Points, 65_536), 0.01),
+    ] {
+        let map = device.caustic(&scene, "wall", &settings);
+        let [found, sum] = places(&map);
+        // From red to green and from green to blue: the middle depends on where light enters the prism.
+        for channel in 0..2 {
+            let apart = |place: DVec3| place[channel + 1] - place[channel];
+            let error = apart(found) / apart(expected) - 1.0;
+            println!("{:?}: {} m, {error:.4}", settings.method, apart(expected));
+            assert!(error.abs() < bound, "{:?}: {error}", settings.method);
+        }
+        // White light stays white in all.
+        let white = (sum / sum.y - 1.0).abs().max_element();
+        println!("white {white}");
+        assert!(sum.y > 0.0 && white < bound, "{white}");
+    }
+}
+
+/// The scene, whose spectrum is so wide that lattices carry a band of it each. Its slit lets an eighth of the lattice pass, with edges as
+/// sharp as a cell.
+#[test]
+fn against_the_reference() {
+    let texels = [192, 80];
+    let scene = only_receiver(load_with_chains("prism.toml"), "wall", texels);
+    let truth = solve(&scene, "wall", texels, &options(0.04));
+    let truth_map = image(&truth);
+    let settings = Settings {
+        error: Some(0.01),
+        ..footprint(16_384)
+    };
+    let device = Device::open();
+    let map = device.caustic(&scene, "wall", &settings);
+    let mut undispersed = scene.clone();
+    for material in &mut undispersed.materials {
+        if let MaterialKind::Dielectric(medium) = &mut material.kind {
+            medium.dispersion = None;
+        }
+    }
+    let without = device.caustic(&undispersed, "wall", &settings);
+    let (error, perturbed) = (l1(&map, &truth_map), l1(&without, &truth_map));
+    println!("{error} beside noise of {}", l1_noise(&truth));
+    assert_error_beyond_noise("prism", 0.1, l1_noise(&truth), error, perturbed);
+}

@@ -1,0 +1,223 @@
+//! The error that is aimed for, estimated and found, on meshes that are irregular.
+
+use crate::common::{
+    Device, assert_error, brighter, image, l1, load, moved, nephroid, only_receiver, options,
+    scene_path,
+};
+use approx::relative_eq;
+use assert_cmd::assert::Assert;
+use glam::DVec3;
+use nephroid::render::{MAX_PATCHES, Settings};
+use nephroid::scene::Scene;
+use predicates::prelude::*;
+use predicates::str::contains;
+use std::path::Path;
+use std::time::Duration;
+
+const TEXELS: [u32; 2] = [128, 128];
+/// Expected L1 error of the references.
+const NOISE: f64 = 0.008;
+const SCENES: [&str; 4] = ["mesh_cage", "mesh_rock", "mesh_animal", "mesh_part"];
+
+fn scene(name: &str) -> Scene {
+    only_receiver(load(&format!("{name}.toml")), "floor", TEXELS)
+}
+
+fn aiming_for(error: f32) -> Settings {
+    Settings {
+        error: Some(error),
+        ..Settings::default()
+    }
+}
+
+/// Estimated and true error, and the number of patches.
+fn errors(device: &Device, scene: &Scene, truth: &Scene, target: f32) -> (f64, f64, u32) {
+    let reference = image(&crate::common::truth(
+        truth,
+        "floor",
+        TEXELS,
+        &options(NOISE),
+    ));
+    let mut renderer = device.renderer(scene, &aiming_for(target));
+    renderer.caustic().unwrap();
+    let floor = scene.object_index("floor").unwrap();
+    let found = l1(&renderer.read_caustic(floor).unwrap(), &reference);
+    let estimated = renderer.estimated_error().unwrap().unwrap();
+    // The noise is independent of the error.
+    let found = (found * found - NOISE * NOISE).max(0.0).sqrt();
+    (estimated.into(), found, renderer.samples().unwrap())
+}
+
+#[test]
+fn the_error_is_kept_and_estimated() {
+    let device = Device::open();
+    for name in SCENES {
+        let scene = scene(name);
+        let target = 0.02;
+        let (estimated, found, _) = errors(&device, &scene, &scene, target);
+        println!("{name}: estimated {estimated}, found {found}");
+        assert!(
+            estimated <= 1.001 * f64::from(target),
+            "{name}: {estimated}"
+        );
+        assert!(
+            (0.5..=2.0).contains(&(estimated / found)),
+            "{name}: {estimated} {found}"
+        );
+        // 5 % too bright.
+        let (_, perturbed, _) = errors(&device, &brighter(scene.clone(), 1.05), &scene, target);
+        assert_error(&format!("{name}, target 2 %"), 0.025, found, perturbed);
+    }
+}
+
+/// Smaller targets take more patches, beyond what the first buffers hold, and leave smaller errors.
+#[test]
+fn a_smaller_target_takes_more_patches() {
+    let device = Device::open();
+    let scene = scene("mesh_animal");
+    let [coarse, middle, fine] =
+        [0.06, 0.02, 0.008].map(|target| errors(&device, &scene, &scene, target));
+    assert!(
+        coarse.0 > middle.0 && middle.0 > fine.0,
+        "{coarse:?} {middle:?} {fine:?}"
+    );
+    assert!(
+        coarse.1 > middle.1 && middle.1 > fine.1,
+        "{coarse:?} {middle:?} {fine:?}"
+    );
+    assert!(
+        4 * coarse.2 < middle.2 && 2 * middle.2 < fine.2,
+        "{coarse:?} {middle:?} {fine:?}"
+    );
+    assert!((1 << 16..MAX_PATCHES).contains(&fine.2), "{fine:?}");
+}
+
+/// The same scene gives the same patches, whatever was shown before: nothing depends on history.
+#[test]
+fn a_frame_depends_on_its_scene_alone() {
+    let device = Device::open();
+    let scene = scene("mesh_cage");
+    let turned = moved(scene.clone(), "head", 0.7, DVec3::ZERO);
+    let settings = aiming_for(0.03);
+    let floor = scene.object_index("floor").unwrap();
+    let mut renderer = device.renderer(&scene, &settings);
+    let mut map = |scene: &Scene| {
+        renderer.update(scene).unwrap();
+        renderer.caustic().unwrap();
+        renderer.read_caustic(floor).unwrap().pixels
+    };
+    let (first, other, again) = (map(&scene), map(&turned), map(&scene));
+    assert!(first == again && first != other);
+}
+
+/// A budget that no frame meets gives the coarsest frames, one that every frame meets ever finer ones.
+#[test]
+fn a_budget_decides_the_error() {
+    let device = Device::open();
+    let scene = scene("mesh_cage");
+    let estimates = |milliseconds: u64, frames: usize| {
+        let settings = Settings {
+            budget: Some(Duration::from_millis(milliseconds)),
+            ..Settings::default()
+        };
+        let mut renderer = device.renderer(&scene, &settings);
+        let estimates: Vec<f32> = (0..frames)
+            .map(|_| {
+                renderer.caustic().unwrap();
+                renderer.estimated_error().unwrap().unwrap()
+            })
+            .collect();
+        (estimates, renderer.budget().unwrap().is_met())
+    };
+    let (coarse, is_met) = estimates(0, 6);
+    assert!(
+        is_met && coarse[1] >= coarse[0] && coarse[1..].iter().all(|&error| error == coarse[1]),
+        "{coarse:?}"
+    );
+    let (finer, is_met) = estimates(1_000_000, 7);
+    assert!(!is_met && finer[0] == coarse[0], "{finer:?}");
+    let steps: Vec<f32> = finer.windows(2).map(|pair| pair[0] / pair[1]).collect();
+    // Where the buffers are full, the step is smaller; then they grow.
+    let full: Vec<f32> = (steps.iter().copied())
+        .filter(|step| !relative_eq!(*step, 1.5, max_relative = 1e-3))
+        .collect();
+    assert!(
+        full.len() == 1 && (1.2..1.49).contains(&full[0]) && steps[5] != full[0],
+        "{finer:?}"
+    );
+}
+
+/// An error that is set later gives the same bits as one that is set at first.
+#[test]
+fn the_error_can_change() {
+    let device = Device::open();
+    let scene = scene("mesh_rock");
+    let floor = scene.object_index("floor").unwrap();
+    let mut fixed = device.renderer(&scene, &aiming_for(0.02));
+    fixed.caustic().unwrap();
+    let mut changed = device.renderer(&scene, &aiming_for(0.035));
+    changed.caustic().unwrap();
+    let before = changed.read_caustic(floor).unwrap().pixels;
+    changed.set_error(0.02);
+    changed.caustic().unwrap();
+    let after = changed.read_caustic(floor).unwrap().pixels;
+    assert!(after != before && after == fixed.read_caustic(floor).unwrap().pixels);
+}
+
+/// The command `bake` with these options.
+fn bake_mirror(options: &[&str], output: &Path) -> Assert {
+    let mut bake = nephroid();
+    bake.arg("bake").arg(scene_path("mirror.toml"));
+    bake.args(["--lightmap", "32"]).args(options);
+    bake.arg("-o").arg(output).assert()
+}
+
+#[test]
+fn budgets_on_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.exr");
+    let bake = |arguments: &[&str]| bake_mirror(arguments, &output);
+    for budget in ["0", "-5", "nan", "1e-9", "inf", "five"] {
+        bake(&[&format!("--budget-ms={budget}")])
+            .code(2)
+            .stderr(contains("give milliseconds"));
+    }
+    bake(&["--budget-ms=5", "--error=0.02"])
+        .code(2)
+        .stderr(contains("--error"));
+    bake(&["--budget-ms=5", "--method=pinhole"])
+        .code(2)
+        .stderr(contains("pinhole cannot aim for a time").and(contains("remedy")));
+    assert!(!output.exists());
+    bake(&["--budget-ms=100000", "--json"])
+        .success()
+        .stdout(contains("budgeted"));
+    bake(&["--budget-ms=0.1"])
+        .success()
+        .stderr(contains("above the budget of 0.1 ms"));
+    assert!(output.exists());
+}
+
+#[test]
+fn impossible_targets_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.exr");
+    let bake = |arguments: &[&str]| bake_mirror(arguments, &output);
+    for target in ["0", "-0.01", "nan", "1e-9", "2", "two"] {
+        bake(&[&format!("--error={target}")])
+            .code(2)
+            .stderr(contains("relative error"));
+    }
+    bake(&["--error=0.02", "--samples=100"])
+        .code(2)
+        .stderr(contains("--samples"));
+    bake(&["--error=0.02", "--method=points"])
+        .code(2)
+        .stderr(contains("points cannot aim for an error").and(contains("remedy")));
+    assert!(!output.exists());
+    // Below what the method can do: the best that it can, and a note.
+    bake(&["--error=0.0001"])
+        .success()
+        .stderr(contains("above the 0.01 % to aim for"));
+    assert!(output.exists());
+}

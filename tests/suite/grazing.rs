@@ -1,0 +1,112 @@
+//! Light that nearly grazes the receiver, where perspective draws the image of the sun's disc out to one side.
+
+use crate::common::{Device, assert_error, l1, load, object_mut, shifted_by_a_texel};
+use glam::DVec3;
+use nephroid::image_file::RgbImage;
+use nephroid::render::Settings;
+use nephroid::scene::{Geometry, LightKind, MaterialKind, Rect, Scene};
+use std::f64::consts::PI;
+
+const TEXELS: [u32; 2] = [80, 160];
+/// Parts of a side of a texel and of the mirror for the integral.
+const PARTS: usize = 4;
+
+/// An upright mirror of 6 cm, 0.3 m above a floor, under a sun of 5° that stands 10° above the horizon.
+fn scene() -> Scene {
+    let mut scene = load("mirror.toml");
+    let elevation = 10f64.to_radians();
+    scene.lights[0].kind = LightKind::Sun {
+        direction: DVec3::new(0.0, elevation.sin(), elevation.cos()),
+        irradiance: DVec3::ONE,
+        angular_radius: 2.5f64.to_radians(),
+    };
+    object_mut(&mut scene, "mirror").geometry = Geometry::Rect(Rect {
+        origin: DVec3::new(-0.03, 0.27, 0.0),
+        edge_u: 0.06 * DVec3::X,
+        edge_v: 0.06 * DVec3::Y,
+    });
+    let floor = object_mut(&mut scene, "floor");
+    floor.light_map = Some(TEXELS);
+    floor.geometry = Geometry::Rect(Rect {
+        origin: DVec3::new(-0.5, 0.0, 3.0),
+        edge_u: DVec3::X,
+        edge_v: -2.0 * DVec3::Z,
+    });
+    scene
+}
+
+/// Middles of the parts of a unit square.
+fn parts() -> impl Iterator<Item = [f64; 2]> {
+    let middle = |i: usize| (i as f64 + 0.5) / PARTS as f64;
+    (0..PARTS * PARTS).map(move |i| [middle(i % PARTS), middle(i / PARTS)])
+}
+
+/// E = ∫ F L cos θ cos θ′ / d² over the points of the mirror that show the sun, of radiance L = E☉ / (π sin² α).
+fn exact(scene: &Scene) -> RgbImage {
+    let rect = |name| crate::common::rect(scene, name);
+    let (mirror, floor) = (rect("mirror"), rect("floor"));
+    let LightKind::Sun {
+        direction,
+        angular_radius,
+        ..
+    } = scene.lights[0].kind
+    else {
+        panic!("a sun")
+    };
+    let MaterialKind::Mirror { reflectance } = scene.materials[0].kind else {
+        panic!("a mirror")
+    };
+    let radiance = 1.0 / (PI * angular_radius.sin().powi(2));
+    let at = |place: &Rect, [u, v]: [f64; 2]| place.origin + u * place.edge_u + v * place.edge_v;
+    let irradiance = |y: DVec3| -> f64 {
+        let of = |part| {
+            let x = at(&mirror, part);
+            let outgoing = (y - x).normalize();
+            let incoming = DVec3::new(-outgoing.x, -outgoing.y, outgoing.z);
+            let shows = incoming.dot(direction) > angular_radius.cos();
+            let cosines = -outgoing.y * outgoing.z;
+            if shows {
+                radiance * cosines / y.distance_squared(x)
+            } else {
+                0.0
+            }
+        };
+        parts().map(of).sum::<f64>() / (PARTS * PARTS) as f64 * mirror.area()
+    };
+    let [width, height] = TEXELS;
+    let texel = |index: u32| {
+        let sum: f64 = parts()
+            .map(|[u, v]| {
+                let u = (f64::from(index % width) + u) / f64::from(width);
+                let v = 1.0 - (f64::from(index / width) + v) / f64::from(height);
+                irradiance(at(&floor, [u, v]))
+            })
+            .sum();
+        (reflectance * (sum / (PARTS * PARTS) as f64))
+            .as_vec3()
+            .to_array()
+    };
+    RgbImage {
+        width,
+        height,
+        pixels: (0..width * height).map(texel).collect(),
+    }
+}
+
+/// Without perspective, L1 is 0.2.
+#[test]
+fn the_disc_is_drawn_in_perspective() {
+    let device = Device::open();
+    let truth = exact(&scene());
+    let map = device.caustic(&scene(), "floor", &Settings::default());
+    let sum = |map: &RgbImage| map.pixels.iter().map(|rgb| f64::from(rgb[0])).sum::<f64>();
+    let energy = sum(&map) / sum(&truth) - 1.0;
+    assert!(energy.abs() < 0.01, "energy {energy}");
+    let moved = shifted_by_a_texel(scene(), "floor");
+    let error = l1(&map, &truth);
+    let of_moved = l1(
+        &device.caustic(&moved, "floor", &Settings::default()),
+        &truth,
+    );
+    assert_error("L1", 0.1, error, of_moved);
+}

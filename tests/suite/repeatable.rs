@@ -1,0 +1,70 @@
+//! The same scene gives the same bits, every time.
+
+use crate::common::{Device, brighter, load, method, with_texels};
+use nephroid::image_file::RgbImage;
+use nephroid::render::{Method, Settings};
+use nephroid::scene::Scene;
+
+fn bits(image: &RgbImage) -> Vec<u32> {
+    let values = image.pixels.as_flattened();
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// Bits of every light map and of the view, twice in the same renderer.
+fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
+    let device = Device::open();
+    let mut renderer = device.renderer(scene, settings);
+    let mut frame = || {
+        renderer.invalidate();
+        renderer.view(&scene.camera, [32, 18], 1).unwrap();
+        let mut images = vec![bits(&renderer.read_view().unwrap())];
+        for (receiver, _) in scene.light_maps() {
+            images.push(bits(&renderer.read_caustic(receiver).unwrap()));
+        }
+        images
+    };
+    let (one, two) = (frame(), frame());
+    assert!(one == two, "two frames of a renderer differ");
+    assert!(one[1].iter().any(|bits| *bits != 0), "the receiver is dark");
+    one
+}
+
+fn same_bits(name: &str, receiver: &str, method_: Method, samples: u32) {
+    let texels = [32, 32];
+    let scene = with_texels(load(name), receiver, texels);
+    let settings = method(method_, samples);
+    let one = render(&scene, &settings);
+    assert!(one == render(&scene, &settings), "two devices differ");
+    let changed = brighter(scene, 1.000_01);
+    assert!(one != render(&changed, &settings), "a change is not seen");
+}
+
+#[test]
+fn footprint() {
+    same_bits("ring.toml", "floor", Method::Footprint, 16_384);
+}
+
+#[test]
+fn beams() {
+    same_bits("ring.toml", "floor", Method::Beams, 16_384);
+}
+
+#[test]
+fn points() {
+    same_bits("ring.toml", "floor", Method::Points, 200_000);
+}
+
+#[test]
+fn pinhole() {
+    same_bits("ball.toml", "floor", Method::Pinhole, 1);
+}
+
+#[test]
+fn footprint_on_a_mesh() {
+    same_bits("globe.toml", "globe", Method::Footprint, 16_384);
+}
+
+#[test]
+fn footprint_of_a_lamp() {
+    same_bits("lamp.toml", "table", Method::Footprint, 16_384);
+}

@@ -1,0 +1,158 @@
+//! The ring's caustic against the reference: what the methods promise.
+
+use crate::common::{
+    Device, assert_error, assert_error_beyond_noise, assert_physical, brighter, footprint, image,
+    l1, l1_noise, load, method, only_receiver, options, scaled, shifted_by_a_texel, truth,
+    with_sun_of, with_texels,
+};
+use nephroid::image_file::RgbImage;
+use nephroid::render::{Method, Settings};
+use nephroid::scene::Scene;
+use std::sync::OnceLock;
+
+const TEXELS: [u32; 2] = [256, 256];
+/// Angular radii, degrees: the sun's, and that of a lamp.
+const SUN: f64 = 0.2665;
+const LAMP: f64 = 2.5;
+
+fn scene(degrees: f64) -> Scene {
+    with_sun_of(with_texels(load("ring.toml"), "floor", TEXELS), degrees)
+}
+
+/// Expected L1 error of the references.
+const NOISE: f64 = 0.006;
+
+/// The reference, and the standard error of an L1 to it.
+fn reference(degrees: f64) -> (RgbImage, f64) {
+    let reference = truth(&scene(degrees), "floor", TEXELS, &options(NOISE));
+    (image(&reference), l1_noise(&reference))
+}
+
+/// L1 of the footprints of about `samples` patches, seen to be worse where the light is 5 % too
+/// bright and where the floor is off by a texel.
+fn footprints_are_within(degrees: f64, samples: u32, bound: f64) -> f64 {
+    let device = Device::open();
+    let scene = scene(degrees);
+    let (truth, noise) = reference(degrees);
+    let mut renderer = device.renderer(&scene, &footprint(samples));
+    renderer.caustic().unwrap();
+    let lit = renderer.lit_patches().unwrap().expect("one batch");
+    // Three receivers share them.
+    assert!(
+        (samples / 4..=2 * samples).contains(&lit),
+        "{lit} footprints"
+    );
+    let map = renderer
+        .read_caustic(scene.object_index("floor").unwrap())
+        .unwrap();
+    assert_physical(&map);
+    let error = l1(&map, &truth);
+    let bright = brighter(scene.clone(), 1.05);
+    for perturbed in [bright, shifted_by_a_texel(scene, "floor")] {
+        let perturbed = l1(
+            &device.caustic(&perturbed, "floor", &footprint(samples)),
+            &truth,
+        );
+        let what = format!("ring, {degrees}°, {lit} footprints, L1");
+        assert_error_beyond_noise(&what, bound, noise, error, perturbed);
+    }
+    error
+}
+
+#[test]
+fn footprints_under_the_sun() {
+    footprints_are_within(SUN, 4096, 0.033);
+    let fine = footprints_are_within(SUN, 16_384, 0.017);
+    footprints_are_within(SUN, 65_536, fine);
+}
+
+#[test]
+fn footprints_under_a_lamp() {
+    footprints_are_within(LAMP, 4096, 0.035);
+    footprints_are_within(LAMP, 65_536, 0.015);
+}
+
+/// The sun's blur, 0.53° on the way, is less than a texel here: beams do without it.
+#[test]
+fn beams_under_the_sun() {
+    let device = Device::open();
+    let scene = scene(SUN);
+    let (truth, noise) = reference(SUN);
+    let error = |scene: &Scene, samples| {
+        let map = device.caustic(scene, "floor", &method(Method::Beams, samples));
+        assert_physical(&map);
+        l1(&map, &truth)
+    };
+    for (samples, bound) in [(4096, 0.025), (16_384, 0.012), (65_536, 0.009)] {
+        let bright = brighter(scene.clone(), 1.05);
+        let found = error(&scene, samples);
+        for perturbed in [bright, shifted_by_a_texel(scene.clone(), "floor")] {
+            let what = format!("ring, {samples} beams, L1");
+            let perturbed = error(&perturbed, samples);
+            assert_error_beyond_noise(&what, bound, noise, found, perturbed);
+        }
+    }
+}
+
+fn points(samples: u32) -> &'static RgbImage {
+    static COARSE: OnceLock<RgbImage> = OnceLock::new();
+    static FINE: OnceLock<RgbImage> = OnceLock::new();
+    let cell = if samples < 4_000_000 { &COARSE } else { &FINE };
+    cell.get_or_init(|| {
+        Device::open().caustic(&scene(SUN), "floor", &method(Method::Points, samples))
+    })
+}
+
+#[test]
+fn points_converge() {
+    let (truth, _) = reference(SUN);
+    let few = l1(points(250_000), &truth);
+    let many = l1(points(4_000_000), &truth);
+    let bright = l1(&scaled(points(4_000_000), 1.05), &truth);
+    // Random points would be √16 = 4 times as good.
+    assert_error(
+        "ring, 16 times as many points, L1 over L1",
+        0.25,
+        many / few,
+        bright / few,
+    );
+}
+
+/// Means of squares of 4 × 4 texels.
+fn quarter(map: &RgbImage) -> RgbImage {
+    let [width, height] = [map.width / 4, map.height / 4];
+    let mean = |i: u32| {
+        let mut sum = [0.0; 3];
+        for j in 0..16 {
+            let (x, y) = (4 * (i % width) + j % 4, 4 * (i / width) + j / 4);
+            let rgb = map.pixels[(y * map.width + x) as usize];
+            (0..3).for_each(|c| sum[c] += rgb[c] / 16.0);
+        }
+        sum
+    };
+    RgbImage {
+        width,
+        height,
+        pixels: (0..width * height).map(mean).collect(),
+    }
+}
+
+/// The paper's filter: without it each patch shows a sharp disc of the sun.
+#[test]
+fn pinhole_without_its_filter_is_noisier() {
+    let device = Device::open();
+    let scene = only_receiver(scene(LAMP), "floor", [64, 64]);
+    let truth = quarter(&reference(LAMP).0);
+    let error = |filter| {
+        let settings = Settings {
+            filter,
+            epsilon: 0.0,
+            ..method(Method::Pinhole, 4096)
+        };
+        let map = device.caustic(&scene, "floor", &settings);
+        assert_physical(&map);
+        l1(&map, &truth)
+    };
+    let (with, without) = (error(true), error(false));
+    assert_error("ring, pinhole, L1 with the filter", 0.2, with, without);
+}
