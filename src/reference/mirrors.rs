@@ -242,6 +242,7 @@ pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
 }
 
 /// Picks an index in proportion to its weight, in constant time.
+#[derive(Clone)]
 pub struct Distribution {
     /// Sums of the weights up to and including each index.
     cumulative: Vec<f64>,
@@ -278,14 +279,21 @@ impl Distribution {
         self.cumulative[self.cumulative.len() - 1]
     }
 
+    /// Sum of the weights before that of an index.
+    pub fn before(&self, index: usize) -> f64 {
+        match index {
+            0 => 0.0,
+            _ => self.cumulative[index - 1],
+        }
+    }
+
+    pub fn weight(&self, index: usize) -> f64 {
+        self.cumulative[index] - self.before(index)
+    }
+
     /// With which [`Self::pick`] picks an index.
     pub fn probability(&self, index: usize) -> f64 {
-        let below = if index == 0 {
-            0.0
-        } else {
-            self.cumulative[index - 1]
-        };
-        (self.cumulative[index] - below) / self.total()
+        self.weight(index) / self.total()
     }
 
     /// The index at `u` in [0, 1), and where inside its share `u` lies, in [0, 1).
@@ -296,11 +304,7 @@ impl Distribution {
         while index + 1 < self.cumulative.len() && self.cumulative[index] <= target {
             index += 1;
         }
-        let start = if index == 0 {
-            0.0
-        } else {
-            self.cumulative[index - 1]
-        };
+        let start = self.before(index);
         let share = (target - start) / (self.cumulative[index] - start);
         (index, share.clamp(0.0, 1.0 - f64::EPSILON))
     }

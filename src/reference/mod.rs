@@ -64,7 +64,7 @@ pub use view::{MAX_VIEW_SIDE, View, view};
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Texels from the top row, RGB.
 pub type Map = Vec<[f64; 3]>;
@@ -168,7 +168,7 @@ pub fn caustic(
         cancel,
     };
     let mut methods: Vec<Box<dyn Method + '_>> = Vec::new();
-    methods.extend(LightTracing::new(&problem).map(|m| Box::new(m) as _));
+    methods.extend(LightTracing::new(&problem)?.map(|m| Box::new(m) as _));
     methods.extend(Gathering::new(&problem).map(|m| Box::new(m) as _));
     let solution = rounds::solve(methods, problem.receiver.texels(), options, progress)?;
     let [width, height] = texels;

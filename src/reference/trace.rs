@@ -25,6 +25,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::LazyCell;
 
+/// Sequences of points that find out how much of the light from each triangle lands on the receiver. Their results do not count.
+const PILOT_SEQUENCES: u32 = 4;
+const PILOT_SEED: u64 = 0x70_69_6c_6f_74;
+/// Groups of triangles, in their order, that the pilot tells apart: 64 rays each.
+const PILOT_GROUPS: usize = 4096;
+/// Rays of the mean share that are added to those of a group, so that few rays do not decide alone.
+const PILOT_PRIOR: f64 = 4.0;
+
 /// Memory for the maps of replicates that are computed at the same time, bytes.
 const MAP_MEMORY: usize = 1 << 30;
 
@@ -44,7 +52,10 @@ pub struct LightTracing<'a> {
 
 impl<'a> LightTracing<'a> {
     /// `None` if no light reaches a mirror's front.
-    pub fn new(problem: &'a Problem) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`]
+    pub fn new(problem: &'a Problem) -> Result<Option<Self>> {
         let mut sources: Vec<Source> = (problem.emitters.iter())
             .filter_map(|emitter| {
                 let flux = problem.mirrors.iter().map(|t| emitter.flux_onto(t));
@@ -59,7 +70,55 @@ impl<'a> LightTracing<'a> {
             .collect();
         let total: f64 = sources.iter().map(|source| source.share).sum();
         sources.iter_mut().for_each(|source| source.share /= total);
-        (!sources.is_empty()).then_some(Self { problem, sources })
+        let mut tracing = Self { problem, sources };
+        tracing.aim()?;
+        Ok((!tracing.sources.is_empty()).then_some(tracing))
+    }
+
+    /// Chooses triangles by their flux times the root of the share of it that lands, which is the root of the second moment and so
+    /// gives the least variance, where a ray lands with all of its flux or with none (Owen, *Monte Carlo theory, methods and
+    /// examples*, chapter 9).
+    fn aim(&mut self) -> Result<()> {
+        let aimed = |source: &Source, strata: u32, mut seed: u32| -> Result<Distribution> {
+            let flux = |triangle: &MirrorTriangle| source.emitter.flux_onto(triangle);
+            let total = source.triangles.total();
+            let group = |chosen: usize| {
+                let place = source.triangles.before(chosen) + 0.5 * source.triangles.weight(chosen);
+                ((place / total * PILOT_GROUPS as f64) as usize).min(PILOT_GROUPS - 1)
+            };
+            let rays = f64::from(strata) * f64::from(SEQUENCE_LENGTH);
+            let mut landed = vec![0.0; PILOT_GROUPS];
+            for stratum in 0..strata {
+                self.problem.check_cancelled()?;
+                let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
+                self.sequence(source, seed, 1.0 / rays, stratify, |chosen, _, flux| {
+                    landed[group(chosen)] += flux.element_sum();
+                });
+                seed = seed.wrapping_add(1);
+            }
+            let mut onto = vec![0.0; PILOT_GROUPS];
+            for chosen in 0..self.problem.mirrors.len() {
+                onto[group(chosen)] += source.triangles.weight(chosen);
+            }
+            let mean = landed.iter().sum::<f64>() / total;
+            let prior = PILOT_PRIOR / rays * total;
+            let weights = (self.problem.mirrors.iter().enumerate()).map(|(chosen, triangle)| {
+                let group = group(chosen);
+                let share = (landed[group] + prior * mean) / (onto[group] + prior);
+                flux(triangle) * share.sqrt()
+            });
+            Ok(Distribution::new(weights).unwrap_or_else(|| source.triangles.clone()))
+        };
+        let seeds = (0..).map(|number| split_mix(number ^ PILOT_SEED) as u32);
+        let aimed: Vec<Distribution> = (self.sequences(PILOT_SEQUENCES).zip(seeds))
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map(|((source, strata), seed)| aimed(source, strata, seed))
+            .collect::<Result<_>>()?;
+        for (source, triangles) in self.sources.iter_mut().zip(aimed) {
+            source.triangles = triangles;
+        }
+        Ok(())
     }
 
     /// Sequences for each light when about `sequences` are wanted in all.
@@ -126,7 +185,7 @@ impl<'a> LightTracing<'a> {
                 self.problem.check_cancelled()?;
                 // Every sequence covers its own part of the mirrors.
                 let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
-                self.sequence(source, seed, 1.0 / rays, stratify, |landing, flux| {
+                self.sequence(source, seed, 1.0 / rays, stratify, |_, landing, flux| {
                     let texel = &mut map[landing.hit.texel];
                     texel[0] += flux.x;
                     texel[1] += flux.y;
@@ -146,13 +205,14 @@ impl<'a> LightTracing<'a> {
         Ok(map)
     }
 
+    /// Calls `lands` with the number of a triangle, the places where light lands by way of it, and its flux, W.
     fn sequence(
         &self,
         source: &Source,
         seed: u32,
         scale: f64,
         stratify: impl Fn(f64) -> f64,
-        mut lands: impl FnMut(&Landing, DVec3),
+        mut lands: impl FnMut(usize, &Landing, DVec3),
     ) {
         for index in 0..SEQUENCE_LENGTH {
             let [u0, u1, u2, u3] = sobol_4d(index, seed);
@@ -166,7 +226,7 @@ impl<'a> LightTracing<'a> {
                 [u0, u1, u2, u3],
                 &mut choices,
                 |landing, flux| {
-                    lands(landing, scale * flux);
+                    lands(chosen, landing, scale * flux);
                 },
             );
         }

@@ -50,22 +50,25 @@ pub struct SeenGathering<'a> {
 }
 
 /// The methods for the caustics on the receiver of `problem`, the scene's object number `object`.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`]
 pub fn methods<'a>(
     problem: &'a Problem<'a>,
     object: usize,
     paths: &'a Paths,
-) -> Vec<Box<dyn Method + 'a>> {
+) -> Result<Vec<Box<dyn Method + 'a>>> {
     let seen = Seen {
         problem,
         object,
         paths,
     };
-    let tracing = LightTracing::new(problem).map(|tracing| SeenTracing { seen, tracing });
+    let tracing = LightTracing::new(problem)?.map(|tracing| SeenTracing { seen, tracing });
     let gathering = Gathering::new(problem).map(|gathering| SeenGathering { seen, gathering });
     let mut methods: Vec<Box<dyn Method + 'a>> = Vec::new();
     methods.extend(tracing.map(|method| Box::new(method) as _));
     methods.extend(gathering.map(|method| Box::new(method) as _));
-    methods
+    Ok(methods)
 }
 
 impl Seen<'_> {

@@ -125,7 +125,7 @@ pub fn view(
         cancel,
     ))];
     for (object, problem) in &problems {
-        methods.extend(caustics::methods(problem, *object, &paths));
+        methods.extend(caustics::methods(problem, *object, &paths)?);
     }
     let solution = rounds::solve(methods, paths.pixels(), options, progress)?;
     Ok(View {
