@@ -44,8 +44,8 @@ layout(constant_id = 6) const bool HAS_POINTS = true;
 #include "work_list.glsl"
 
 const int MAX_BOUNCES = 12;
-// Rays with a smaller weight are dropped.
-const float MIN_WEIGHT = 1e-6;
+// Rays with a smaller weight are dropped: 0.01 to 0.03 % of the picture of glass, in two thirds of the time.
+const float MIN_WEIGHT = 1e-3;
 
 // Direct light and caustic at a point of a diffuse object, W/m^2.
 vec3 irradiance(uint object, uint index, vec3 x, vec2 weights) {

@@ -19,9 +19,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Frames that `--profile` times, and those before that it does not.
+/// Frames of each kind that `--profile` times at most, and those before that it does not.
 const FRAMES: usize = 50;
 const WARM_UP: usize = 5;
+/// Frames of each kind that are rendered even where they take longer than [`LONGEST`].
+const LEAST_FRAMES: usize = 3;
+/// After which no more frames of a kind are rendered.
+const LONGEST: Duration = Duration::from_secs(10);
 /// Relative L1 error that `footprint` aims for.
 const DEFAULT_ERROR: f32 = 0.02;
 
@@ -71,7 +75,7 @@ pub struct GpuOptions {
     /// Run under the Vulkan validation layers; any message is an error
     #[arg(long)]
     validate: bool,
-    /// Time every pass over 50 frames after a warm-up, or over the frames of a sequence
+    /// Time every pass over 50 frames after a warm-up, fewer where they take longer than 10 s, or over the frames of a sequence
     #[arg(long)]
     profile: bool,
     /// Print the result as JSON
@@ -477,36 +481,25 @@ impl GpuOptions {
         let mut submissions = Submissions::default();
         let (mut passes, mut camera) = (None, None);
         if self.profile {
-            let bar = progress_bar((WARM_UP + 3 * FRAMES) as u64);
-            for _ in 0..WARM_UP {
-                frame(renderer)?;
-                bar.inc(1);
-            }
-            for _ in 0..FRAMES {
+            repeat(WARM_UP, || frame(renderer))?;
+            times = repeat(FRAMES, || {
                 let start = Instant::now();
                 frame(renderer)?;
-                times.push(start.elapsed().as_secs_f64());
                 submissions = submissions.max(renderer.submissions());
-                bar.inc(1);
-            }
+                Ok(start.elapsed().as_secs_f64())
+            })?;
             if job.view_memory(renderer).is_some() {
                 // Nothing changed: a frame costs what it costs when only the camera moves.
-                let mut still = Vec::new();
-                for _ in 0..FRAMES {
+                let still = repeat(FRAMES, || {
                     let start = Instant::now();
                     job.render(renderer, scene)?;
-                    still.push(start.elapsed().as_secs_f64());
-                    bar.inc(1);
-                }
+                    Ok(start.elapsed().as_secs_f64())
+                })?;
                 camera = Some(Spread::of(&still));
             }
-            let mut frames = Vec::new();
-            for _ in 0..FRAMES {
-                frames.push(times_of_passes(renderer, frame)?);
-                bar.inc(1);
-            }
-            bar.finish_and_clear();
-            passes = Some(profile(&frames));
+            passes = Some(profile(&repeat(FRAMES, || {
+                times_of_passes(renderer, frame)
+            })?));
         } else {
             times.push(first);
             submissions = renderer.submissions();
@@ -531,6 +524,21 @@ impl GpuOptions {
         job.write(file, &scene, &image)?;
         Ok(report)
     }
+}
+
+/// What `most` frames result in, or fewer where they take long.
+fn repeat<T>(most: usize, mut frame: impl FnMut() -> Result<T>) -> Result<Vec<T>> {
+    let bar = progress_bar(most as u64);
+    let start = Instant::now();
+    let mut results = Vec::new();
+    while results.len() < most.min(LEAST_FRAMES)
+        || results.len() < most && start.elapsed() < LONGEST
+    {
+        results.push(frame()?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(results)
 }
 
 /// Renders a frame pass by pass.
