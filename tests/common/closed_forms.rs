@@ -38,11 +38,14 @@ pub enum Solver {
     Reference(f64),
 }
 
+/// Makes a scene slightly wrong.
+pub type Perturbation = fn(Scene) -> Scene;
+
 /// A light map that is slightly wrong.
 #[derive(Clone, Copy)]
 pub enum Twin {
     /// Of the scene that this makes.
-    Of(fn(Scene) -> Scene),
+    Of(Perturbation),
     /// The scene's own under light of so many times the radiant power, RGB, since a caustic is linear in the light.
     Under([f32; 3]),
 }

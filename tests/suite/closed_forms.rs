@@ -1,7 +1,8 @@
 //! The renderer and the reference against closed forms, and the document that says so.
 
 use crate::common::closed_forms::{
-    BALL, CARDIOID, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, RIM, Solver, Twin, cases,
+    BALL, CARDIOID, DISH, Form, IMAGE, LAMP, MIRROR, NEPHROID, Perturbation, RIM, Solver, Twin,
+    cases,
 };
 use crate::common::glass::{BALL_LENS, PLATE, PRISM, RAINBOW, STIGMATIC};
 use crate::common::{
@@ -9,7 +10,6 @@ use crate::common::{
 };
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
-use nephroid::scene::Scene;
 
 /// Every figure of the form's cases is within what is asked of it and what the document says, and is not in its twins.
 fn check(form: &Form, by_reference: bool) {
@@ -24,7 +24,7 @@ fn check(form: &Form, by_reference: bool) {
         let scene = (case.scene)();
         let map = case.map(scene.clone(), &device);
         // Figures share scenes of twins.
-        let mut twins: Vec<(fn(Scene) -> Scene, RgbImage)> = Vec::new();
+        let mut twins: Vec<(Perturbation, RgbImage)> = Vec::new();
         assert_physical(&map);
         for asked in case.asked {
             let what = [form.title, case.scene_text, asked.figure.name].join(", ");
