@@ -267,6 +267,8 @@ pub struct CausticReport {
     pub lit: Option<u32>,
     /// Estimated relative L1 error of the receiver where it is largest; `None` where it is not estimated.
     pub estimated_error: Option<f32>,
+    /// Whether there may be light that met several mirrors or interfaces, which the estimate leaves out.
+    pub has_chains: bool,
     /// Whether the environment casts caustics, as its scene file says; absent without an environment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_caustics: Option<bool>,
@@ -450,6 +452,7 @@ impl GpuOptions {
             samples: renderer.samples()?,
             lit: renderer.lit_patches()?,
             estimated_error: renderer.estimated_error()?,
+            has_chains: renderer.has_chains(),
             environment_caustics: (scene.lights.iter())
                 .find(|light| matches!(light.kind, LightKind::Environment { .. }))
                 .map(|light| light.kind.casts_caustics()),
@@ -579,7 +582,11 @@ impl Report {
                 .map_or(String::new(), |count| format!(", {count} lit"));
             lines.push(format!("method  {method}, {} {unit}{lit}", caustic.samples));
             if let Some(error) = caustic.estimated_error {
-                lines.push(format!("estimated error  {:.1} %", 100.0 * error));
+                let of = match caustic.has_chains {
+                    true => ", of light that met one mirror or interface only",
+                    false => "",
+                };
+                lines.push(format!("estimated error  {:.1} %{of}", 100.0 * error));
             }
             if caustic.environment_caustics == Some(false) {
                 lines.push("environment  without caustics, as the scene file says".into());

@@ -270,7 +270,7 @@ impl Renderer {
             let note = "no caustic: nothing in the scene reflects or refracts light";
             notes.push(note.into());
         }
-        if self.scene.lattices.may_chain {
+        if self.has_chains() {
             match self.settings.method {
                 Method::Pinhole | Method::Beams => notes.push(
                     "light that meets several mirrors or interfaces is left out: the methods footprint and points \
@@ -293,7 +293,7 @@ impl Renderer {
             notes.extend(self.scene.casters.note(self.settings.samples));
         }
         // Behind its first surface light may go on by way of any other.
-        if !self.scene.lattices.may_chain {
+        if !self.has_chains() {
             notes.extend(diagnostics::sentences(&self.scene, environment_counts));
         }
         notes
@@ -321,7 +321,8 @@ impl Renderer {
     }
 
     /// Estimated relative L1 error of the caustic on the receiver where it is largest, of the last [`Renderer::caustic`].
-    /// `None` without an error to aim for, under an environment, or if a receiver is a mesh.
+    /// `None` without an error to aim for, under an environment, or if a receiver is a mesh. Of light that met one mirror or
+    /// interface only: see [`Renderer::has_chains`].
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -330,6 +331,11 @@ impl Renderer {
             Method::Footprint if self.has_caustic => self.caustic.estimated_error(),
             _ => Ok(None),
         }
+    }
+
+    /// Whether light may meet several mirrors or interfaces on its way to a receiver.
+    pub fn has_chains(&self) -> bool {
+        self.scene.lattices.may_chain
     }
 
     /// Has the next frame compute its caustic and its direct light although the scene is unchanged, for measurements.
