@@ -1,4 +1,4 @@
-//! What every fuzz target does with an input. The test `tests/suite/fuzz_regressions.rs` of nephroid does the same
+//! What every fuzz target does with an input. The test `tests/fuzz_regressions.rs` of nephroid does the same
 //! with the inputs in `fuzz/regressions`.
 
 use nephroid::image_file::read_rgb;

@@ -1,5 +1,6 @@
 //! The tests of the library and of the command line, in one program: it is built and linked once, and tests share
-//! references (see `common::truth`). Those that count allocations or open a window are programs of their own.
+//! references (see `common::truth`). Those that count allocations, limit the memory of their process, or open a
+//! window are programs of their own.
 
 #![cfg(feature = "cli")]
 
@@ -24,7 +25,6 @@ mod environment;
 mod environment_input;
 mod environment_without_caustics;
 mod error_target;
-mod fuzz_regressions;
 mod gpu;
 mod grazing;
 mod lamp;

@@ -1,6 +1,8 @@
 //! Inputs that once failed under fuzzing; see docs/fuzzing.md.
 
-#[path = "../../fuzz/src/lib.rs"]
+#![cfg(feature = "cli")]
+
+#[path = "../fuzz/src/lib.rs"]
 mod fuzz;
 
 use std::fs;
