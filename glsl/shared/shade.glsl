@@ -44,7 +44,7 @@ layout(constant_id = 6) const bool HAS_POINTS = true;
 #include "work_list.glsl"
 
 const int MAX_BOUNCES = 12;
-// Rays with a smaller weight are dropped: 0.01 to 0.03 % of pictures of glass, which take 60 to 80 % of the time then.
+// Rays with a smaller weight are dropped. Measured against 1e-6 on glass: L1 0.01 to 0.03 %, 60 to 80 % of the time.
 const float MIN_WEIGHT = 1e-3;
 
 // Direct light and caustic at a point of a diffuse object, W/m^2.

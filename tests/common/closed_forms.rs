@@ -44,9 +44,9 @@ pub type Perturbation = fn(Scene) -> Scene;
 /// A light map that is slightly wrong.
 #[derive(Clone, Copy)]
 pub enum Twin {
-    /// Of the scene that this makes.
+    /// That of the perturbed scene.
     Of(Perturbation),
-    /// The scene's own under light of so many times the radiant power, RGB, since a caustic is linear in the light.
+    /// The scene's own times this factor, RGB: that of a scene with so much more light, since caustics are linear in it.
     Under([f32; 3]),
 }
 
@@ -54,6 +54,7 @@ const fn under(factor: f32) -> Twin {
     Twin::Under([factor; 3])
 }
 
+/// Green up by 0.2 %.
 const GREENER: Twin = Twin::Under([1.0, 1.002, 1.0]);
 
 /// A figure, its bound, and scenes of which the same figure must be out of the bound.
@@ -884,7 +885,6 @@ fn without_shadows(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The green of a mirror's reflectance up by 0.2 %.
 /// The image of `mirror.toml` moved by more than the margin that is left at its edge.
 fn shifted_by_far(mut scene: Scene) -> Scene {
     if let Geometry::Rect(mirror) = &mut object_mut(&mut scene, "mirror").geometry {

@@ -45,11 +45,14 @@ fn the_good_scene_loads_in_si_units() {
 #[test]
 fn shipped_scenes_load_without_a_warning() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    let mut count = 0;
     for entry in folder.read_dir().unwrap() {
         let loaded = load(&entry.unwrap().path()).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(loaded.warnings, Vec::<String>::new());
         assert!(loaded.scene.planar_receivers().count() > 0);
+        count += 1;
     }
+    assert_eq!(count, 25);
 }
 
 const LAMP: &str = "\
