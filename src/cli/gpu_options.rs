@@ -268,7 +268,7 @@ pub struct CausticReport {
     /// Estimated relative L1 error of the receiver where it is largest; `None` where it is not estimated.
     pub estimated_error: Option<f32>,
     /// Whether there may be light that met several mirrors or interfaces, which the estimate leaves out.
-    pub has_chains: bool,
+    pub may_chain: bool,
     /// Whether the environment casts caustics, as its scene file says; absent without an environment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_caustics: Option<bool>,
@@ -452,7 +452,7 @@ impl GpuOptions {
             samples: renderer.samples()?,
             lit: renderer.lit_patches()?,
             estimated_error: renderer.estimated_error()?,
-            has_chains: renderer.has_chains(),
+            may_chain: renderer.may_chain(),
             environment_caustics: (scene.lights.iter())
                 .find(|light| matches!(light.kind, LightKind::Environment { .. }))
                 .map(|light| light.kind.casts_caustics()),
@@ -465,9 +465,7 @@ impl GpuOptions {
     fn still(&self, mut session: Session, file: &Path, job: &impl Job) -> Result<Report> {
         session.renderer.watch(Some(watcher(!self.profile)));
         // The first frame pays for what drivers put off; it is timed only where it is the only one.
-        let start = Instant::now();
-        job.render(&mut session.renderer, &session.scene)?;
-        let first = start.elapsed().as_secs_f64();
+        let first = seconds(|| job.render(&mut session.renderer, &session.scene))?;
         if job.has_caustic() {
             session.renderer.settle()?;
             // The picture shall show the last caustic.
@@ -486,18 +484,13 @@ impl GpuOptions {
         if self.profile {
             repeat(WARM_UP, || frame(renderer))?;
             times = repeat(FRAMES, || {
-                let start = Instant::now();
-                frame(renderer)?;
+                let time = seconds(|| frame(renderer))?;
                 submissions = submissions.max(renderer.submissions());
-                Ok(start.elapsed().as_secs_f64())
+                Ok(time)
             })?;
             if job.view_memory(renderer).is_some() {
                 // Nothing changed: a frame costs what it costs when only the camera moves.
-                let still = repeat(FRAMES, || {
-                    let start = Instant::now();
-                    job.render(renderer, scene)?;
-                    Ok(start.elapsed().as_secs_f64())
-                })?;
+                let still = repeat(FRAMES, || seconds(|| job.render(renderer, scene)))?;
                 camera = Some(Spread::of(&still));
             }
             passes = Some(profile(&repeat(FRAMES, || {
@@ -529,7 +522,14 @@ impl GpuOptions {
     }
 }
 
-/// What `most` frames result in, or fewer where they take long.
+/// Wall time of a frame, s.
+fn seconds(frame: impl FnOnce() -> Result<()>) -> Result<f64> {
+    let start = Instant::now();
+    frame()?;
+    Ok(start.elapsed().as_secs_f64())
+}
+
+/// The results of `most` frames, or of fewer where these take longer than [`LONGEST`].
 fn repeat<T>(most: usize, mut frame: impl FnMut() -> Result<T>) -> Result<Vec<T>> {
     let bar = progress_bar(most as u64);
     let start = Instant::now();
@@ -582,7 +582,7 @@ impl Report {
                 .map_or(String::new(), |count| format!(", {count} lit"));
             lines.push(format!("method  {method}, {} {unit}{lit}", caustic.samples));
             if let Some(error) = caustic.estimated_error {
-                let of = match caustic.has_chains {
+                let of = match caustic.may_chain {
                     true => ", of light that met one mirror or interface only",
                     false => "",
                 };

@@ -242,7 +242,6 @@ pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
 }
 
 /// Picks an index in proportion to its weight, in constant time.
-#[derive(Clone)]
 pub struct Distribution {
     /// Sums of the weights up to and including each index.
     cumulative: Vec<f64>,

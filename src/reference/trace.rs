@@ -75,50 +75,47 @@ impl<'a> LightTracing<'a> {
         Ok((!tracing.sources.is_empty()).then_some(tracing))
     }
 
-    /// Chooses triangles by their flux times the root of the share of it that lands, which is the root of the second moment and so
-    /// gives the least variance, where a ray lands with all of its flux or with none (Owen, *Monte Carlo theory, methods and
-    /// examples*, chapter 9).
+    /// Chooses triangles by the flux onto them times the root of the share of it that lands, as a pilot run estimates it. That is
+    /// the root of the second moment, which gives the least variance, where a ray lands with all of its flux or with none (Owen,
+    /// *Monte Carlo theory, methods and examples*, chapter 9).
     fn aim(&mut self) -> Result<()> {
-        let aimed = |source: &Source, strata: u32, mut seed: u32| -> Result<Distribution> {
-            let flux = |triangle: &MirrorTriangle| source.emitter.flux_onto(triangle);
-            let total = source.triangles.total();
-            let group = |chosen: usize| {
-                let place = source.triangles.before(chosen) + 0.5 * source.triangles.weight(chosen);
-                ((place / total * PILOT_GROUPS as f64) as usize).min(PILOT_GROUPS - 1)
-            };
-            let rays = f64::from(strata) * f64::from(SEQUENCE_LENGTH);
-            let mut landed = vec![0.0; PILOT_GROUPS];
-            for stratum in 0..strata {
-                self.problem.check_cancelled()?;
-                let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
-                self.sequence(source, seed, 1.0 / rays, stratify, |chosen, _, flux| {
-                    landed[group(chosen)] += flux.element_sum();
-                });
-                seed = seed.wrapping_add(1);
-            }
-            let mut onto = vec![0.0; PILOT_GROUPS];
-            for chosen in 0..self.problem.mirrors.len() {
-                onto[group(chosen)] += source.triangles.weight(chosen);
-            }
-            let mean = landed.iter().sum::<f64>() / total;
-            let prior = PILOT_PRIOR / rays * total;
-            let weights = (self.problem.mirrors.iter().enumerate()).map(|(chosen, triangle)| {
-                let group = group(chosen);
-                let share = (landed[group] + prior * mean) / (onto[group] + prior);
-                flux(triangle) * share.sqrt()
-            });
-            Ok(Distribution::new(weights).unwrap_or_else(|| source.triangles.clone()))
-        };
         let seeds = (0..).map(|number| split_mix(number ^ PILOT_SEED) as u32);
-        let aimed: Vec<Distribution> = (self.sequences(PILOT_SEQUENCES).zip(seeds))
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .map(|((source, strata), seed)| aimed(source, strata, seed))
+        let pilots: Vec<_> = self.sequences(PILOT_SEQUENCES).zip(seeds).collect();
+        let aimed: Vec<Option<Distribution>> = (pilots.into_par_iter())
+            .map(|((source, strata), seed)| self.aimed(source, strata, seed))
             .collect::<Result<_>>()?;
-        for (source, triangles) in self.sources.iter_mut().zip(aimed) {
-            source.triangles = triangles;
+        for (source, aimed) in self.sources.iter_mut().zip(aimed) {
+            if let Some(triangles) = aimed {
+                source.triangles = triangles;
+            }
         }
         Ok(())
+    }
+
+    /// The triangles of one light by a pilot run; `None` if none of its rays lands.
+    fn aimed(&self, source: &Source, strata: u32, seed: u32) -> Result<Option<Distribution>> {
+        let triangles = &source.triangles;
+        let total = triangles.total();
+        let group = |triangle: usize| {
+            let middle = triangles.before(triangle) + 0.5 * triangles.weight(triangle);
+            ((middle / total * PILOT_GROUPS as f64) as usize).min(PILOT_GROUPS - 1)
+        };
+        let mut landed = vec![0.0; PILOT_GROUPS];
+        self.strata(source, strata, seed, |triangle, _, flux| {
+            landed[group(triangle)] += flux.element_sum();
+        })?;
+        let numbers = 0..self.problem.mirrors.len();
+        let mut onto = vec![0.0; PILOT_GROUPS];
+        for triangle in numbers.clone() {
+            onto[group(triangle)] += triangles.weight(triangle);
+        }
+        let mean = landed.iter().sum::<f64>() / total;
+        let prior = PILOT_PRIOR * total / (f64::from(strata) * f64::from(SEQUENCE_LENGTH));
+        Ok(Distribution::new(numbers.map(|triangle| {
+            let group = group(triangle);
+            let share = (landed[group] + prior * mean) / (onto[group] + prior);
+            triangles.weight(triangle) * share.sqrt()
+        })))
     }
 
     /// Sequences for each light when about `sequences` are wanted in all.
@@ -180,20 +177,14 @@ impl<'a> LightTracing<'a> {
         let receiver = &self.problem.receiver;
         let mut map = receiver.empty_map();
         for (source, strata) in self.sequences(sequences) {
-            let rays = f64::from(strata) * f64::from(SEQUENCE_LENGTH);
-            for stratum in 0..strata {
-                self.problem.check_cancelled()?;
-                // Every sequence covers its own part of the mirrors.
-                let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
-                self.sequence(source, seed, 1.0 / rays, stratify, |_, landing, flux| {
-                    let texel = &mut map[landing.hit.texel];
-                    texel[0] += flux.x;
-                    texel[1] += flux.y;
-                    texel[2] += flux.z;
-                    lands(landing, flux);
-                });
-                seed = seed.wrapping_add(1);
-            }
+            self.strata(source, strata, seed, |_, landing, flux| {
+                let texel = &mut map[landing.hit.texel];
+                texel[0] += flux.x;
+                texel[1] += flux.y;
+                texel[2] += flux.z;
+                lands(landing, flux);
+            })?;
+            seed = seed.wrapping_add(strata);
         }
         // From flux to irradiance.
         for (texel, value) in map.iter_mut().enumerate() {
@@ -203,6 +194,25 @@ impl<'a> LightTracing<'a> {
             }
         }
         Ok(map)
+    }
+
+    /// [`Self::sequence`] for `strata` seeds from `seed` on.
+    fn strata(
+        &self,
+        source: &Source,
+        strata: u32,
+        seed: u32,
+        mut lands: impl FnMut(usize, &Landing, DVec3),
+    ) -> Result<()> {
+        let rays = f64::from(strata) * f64::from(SEQUENCE_LENGTH);
+        for stratum in 0..strata {
+            self.problem.check_cancelled()?;
+            // Every sequence covers its own part of the mirrors.
+            let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
+            let seed = seed.wrapping_add(stratum);
+            self.sequence(source, seed, 1.0 / rays, stratify, &mut lands);
+        }
+        Ok(())
     }
 
     /// Calls `lands` with the number of a triangle, the places where light lands by way of it, and its flux, W.

@@ -270,7 +270,7 @@ impl Renderer {
             let note = "no caustic: nothing in the scene reflects or refracts light";
             notes.push(note.into());
         }
-        if self.has_chains() {
+        if self.may_chain() {
             match self.settings.method {
                 Method::Pinhole | Method::Beams => notes.push(
                     "light that meets several mirrors or interfaces is left out: the methods footprint and points \
@@ -293,7 +293,7 @@ impl Renderer {
             notes.extend(self.scene.casters.note(self.settings.samples));
         }
         // Behind its first surface light may go on by way of any other.
-        if !self.has_chains() {
+        if !self.may_chain() {
             notes.extend(diagnostics::sentences(&self.scene, environment_counts));
         }
         notes
@@ -322,7 +322,7 @@ impl Renderer {
 
     /// Estimated relative L1 error of the caustic on the receiver where it is largest, of the last [`Renderer::caustic`].
     /// `None` without an error to aim for, under an environment, or if a receiver is a mesh. Of light that met one mirror or
-    /// interface only: see [`Renderer::has_chains`].
+    /// interface only: see [`Renderer::may_chain`].
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -334,7 +334,7 @@ impl Renderer {
     }
 
     /// Whether light may meet several mirrors or interfaces on its way to a receiver.
-    pub fn has_chains(&self) -> bool {
+    pub fn may_chain(&self) -> bool {
         self.scene.lattices.may_chain
     }
 

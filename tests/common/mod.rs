@@ -306,6 +306,33 @@ pub fn flux_noise(reference: &Reference, areas: impl Iterator<Item = f64>) -> [f
     squares.map(f64::sqrt)
 }
 
+/// (A − B)² / (σ_A² + σ_B²) has the mean 1 over two solutions, values and standard errors, if the standard errors are honest.
+pub fn assert_errors_are_honest(name: &str, solutions: [[&[[f64; 3]]; 2]; 2]) {
+    let [[one, sigma_one], [two, sigma_two]] = solutions;
+    let chi_squared = |scale: f64| -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in 0..one.len() {
+            let variance = sigma_one[i][0].powi(2) + sigma_two[i][0].powi(2);
+            // Well-lit values, whose replicates are close to normal.
+            if one[i][0] > 0.01 && variance > 0.0 {
+                let difference = one[i][0] - two[i][0];
+                sum += difference * difference / (scale * scale * variance);
+                count += 1.0;
+            }
+        }
+        assert!(count > 200.0, "{name}: {count}");
+        sum / count
+    };
+    // 15 or more degrees of freedom in σ: mean ν/(ν − 2) ≤ 1.15 rather than 1.
+    let honest = 0.85..1.3;
+    let found = chi_squared(1.0);
+    assert!(honest.contains(&found), "{name}: {found}");
+    for (scale, what) in [(0.8, "small"), (1.25, "large")] {
+        let passes = honest.contains(&chi_squared(scale));
+        assert!(!passes, "{name}: too {what} a bar passes");
+    }
+}
+
 /// Σ|A − B| / ΣB
 pub fn l1(a: &RgbImage, b: &RgbImage) -> f64 {
     measure::compare(a, b).unwrap().l1.unwrap()

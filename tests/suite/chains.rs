@@ -1,74 +1,30 @@
 //! Light that meets two or more specular surfaces: closed forms, and the reference.
 
-use crate::common::glass::block;
+use crate::common::glass::{self, block};
 use crate::common::{
-    Device, assert_error_beyond_noise, footprint, image, l1, l1_noise, load, load_with_chains,
-    only_receiver, options, solve, with_texels,
+    Device, assert_error_beyond_noise, footprint, image, l1, l1_noise, load_with_chains,
+    only_receiver, options, solve, with_sun_of, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
 use nephroid::optics::fresnel_dielectric;
 use nephroid::render::Settings;
-use nephroid::scene::{
-    Dielectric, Geometry, Light, LightKind, Material, MaterialKind, Object, Rect, Scene,
-};
+use nephroid::scene::{Dielectric, Geometry, MaterialKind, Rect, Scene};
 
 const TEXELS: [u32; 2] = [32, 32];
 
-fn object(name: &str, material: usize, geometry: Geometry) -> Object {
-    Object {
-        name: name.into(),
-        material,
-        geometry,
-        light_map: None,
-        unwrapping: None,
-        uvs: None,
-        blocks_light: true,
-    }
-}
-
 /// Bodies over a floor of 1 m² at the height 0, in the sun.
 fn scene(toward: DVec3, bodies: Vec<(Dielectric, Geometry)>) -> Scene {
-    let mut materials = vec![Material {
-        name: "floor".into(),
-        kind: MaterialKind::Diffuse {
-            albedo: DVec3::splat(0.5),
-        },
-        albedo_map: None,
-    }];
     let floor = Rect {
         origin: DVec3::new(-0.5, 0.0, 0.5),
         edge_u: DVec3::X,
         edge_v: DVec3::NEG_Z,
     };
-    let mut objects = vec![Object {
-        light_map: Some(TEXELS),
-        ..object("floor", 0, Geometry::Rect(floor))
-    }];
-    for (dielectric, geometry) in bodies {
-        let name = format!("body {}", materials.len());
-        objects.push(object(&name, materials.len(), geometry));
-        materials.push(Material {
-            name,
-            kind: MaterialKind::Dielectric(dielectric),
-            albedo_map: None,
-        });
-    }
-    Scene {
-        camera: load("mirror.toml").camera,
-        lights: vec![Light {
-            name: "sun".into(),
-            kind: LightKind::Sun {
-                direction: toward.normalize(),
-                irradiance: DVec3::ONE,
-                angular_radius: 0.002,
-            },
-        }],
-        materials,
-        objects,
-        max_interfaces: 16,
-        textures: Vec::new(),
-    }
+    let bodies = (bodies.into_iter())
+        .map(|(dielectric, geometry)| (MaterialKind::Dielectric(dielectric), geometry))
+        .collect();
+    let scene = glass::scene(toward, floor, bodies);
+    with_sun_of(scene, f64::to_degrees(0.002))
 }
 
 fn by_device(scene: &Scene) -> RgbImage {
@@ -246,7 +202,7 @@ fn light_between_parallel_mirrors_ends() {
         let mirrors = vec![mirror(0.0, 0.0, 1.0), mirror(0.1, 0.02, -1.0)];
         Scene {
             max_interfaces,
-            ..crate::common::glass::scene(DVec3::new(-0.5, 1.0, 0.0), end, mirrors)
+            ..glass::scene(DVec3::new(-0.5, 1.0, 0.0), end, mirrors)
         }
     };
     let start = std::time::Instant::now();

@@ -1,7 +1,7 @@
 //! What the reference promises beside the closed forms. Every check is seen to fail on a perturbed
 //! twin.
 
-use crate::common::{image, load, options, ring, solve};
+use crate::common::{assert_errors_are_honest, image, load, options, ring, solve};
 use glam::DVec3;
 use nephroid::Error;
 use nephroid::measure;
@@ -24,35 +24,8 @@ fn error_bars_are_what_two_seeds_differ_by() {
             solve(&scene, receiver, [48, 48], &options)
         };
         let (one, two) = (run(1), run(2));
-        let chi_squared = |scale: f64| -> f64 {
-            let (mut sum, mut texels) = (0.0, 0.0);
-            for i in 0..one.irradiance.len() {
-                let variance = one.standard_error[i][0].powi(2) + two.standard_error[i][0].powi(2);
-                // Well-lit texels, whose replicates are close to normal.
-                if one.irradiance[i][0] > 0.01 && variance > 0.0 {
-                    let difference = one.irradiance[i][0] - two.irradiance[i][0];
-                    sum += difference * difference / (scale * scale * variance);
-                    texels += 1.0;
-                }
-            }
-            assert!(texels > 200.0, "{texels}");
-            sum / texels
-        };
-        // 15 or more degrees of freedom in σ: mean ν/(ν − 2) ≤ 1.15 rather than 1.
-        let honest = 0.85..1.3;
-        assert!(
-            honest.contains(&chi_squared(1.0)),
-            "{name}: {}",
-            chi_squared(1.0)
-        );
-        assert!(
-            !honest.contains(&chi_squared(0.8)),
-            "too small a bar passes"
-        );
-        assert!(
-            !honest.contains(&chi_squared(1.25)),
-            "too large a bar passes"
-        );
+        let solutions = [&one, &two].map(|of| [&of.irradiance[..], &of.standard_error[..]]);
+        assert_errors_are_honest(name, solutions);
 
         let difference = measure::compare(&image(&one), &image(&two))
             .unwrap()
