@@ -64,7 +64,7 @@ pub use view::{MAX_VIEW_SIDE, View, view};
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Texels from the top row, RGB.
 pub type Map = Vec<[f64; 3]>;

@@ -19,6 +19,18 @@ pub fn sobol_4d(index: u32, seed: u32) -> [f64; 4] {
     })
 }
 
+/// All points of the sequence `seed` with their indices, in the order of their first coordinates: what they choose by it is chosen
+/// in order, so that neighbours find the same data in caches.
+pub fn along_first_axis(seed: u32) -> impl Iterator<Item = (u32, [f64; 4])> {
+    let mut points = vec![(0, [0.0; 4]); SEQUENCE_LENGTH as usize];
+    for index in 0..SEQUENCE_LENGTH {
+        let point = sobol_4d(index, seed);
+        // Every interval of this length holds one point.
+        points[(point[0] * f64::from(SEQUENCE_LENGTH)) as usize] = (index, point);
+    }
+    points.into_iter()
+}
+
 /// 64 random bits from a counter: Steele, Lea, Flood, *Fast splittable pseudorandom number
 /// generators*, OOPSLA 2014 (SplitMix64).
 pub fn split_mix(counter: u64) -> u64 {
@@ -59,6 +71,19 @@ mod tests {
             }
         }
         assert!(counts.iter().flatten().all(|&count| count == 256));
+    }
+
+    #[test]
+    fn order_along_the_first_axis_leaves_no_point_out() {
+        let mut seen = vec![false; SEQUENCE_LENGTH as usize];
+        let mut last = 0.0;
+        for (index, point) in along_first_axis(7) {
+            assert_eq!(point, sobol_4d(index, 7));
+            assert!(point[0] >= last);
+            last = point[0];
+            assert!(!std::mem::replace(&mut seen[index as usize], true));
+        }
+        assert!(seen.into_iter().all(|seen| seen));
     }
 
     #[test]

@@ -19,7 +19,7 @@ use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
 use crate::reference::rounds::Method;
-use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, sobol_4d, split_mix};
+use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, along_first_axis, split_mix};
 use crate::reference::{Map, Problem};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -224,8 +224,7 @@ impl<'a> LightTracing<'a> {
         stratify: impl Fn(f64) -> f64,
         mut lands: impl FnMut(usize, &Landing, DVec3),
     ) {
-        for index in 0..SEQUENCE_LENGTH {
-            let [u0, u1, u2, u3] = sobol_4d(index, seed);
+        for (index, [u0, u1, u2, u3]) in along_first_axis(seed) {
             let mut choices = Choices::new(split_mix(u64::from(seed) << 32 | u64::from(index)));
             let (chosen, u0) = source.triangles.pick(stratify(u0));
             let triangle = &self.problem.mirrors[chosen];

@@ -80,8 +80,8 @@ impl DeviceScene {
         let lattices = DeviceLattices::new(context, scene, settings)?;
         let textures = DeviceTextures::new(context, &mut staging, scene)?;
         let profile_table = profiles();
-        let profiles = Buffer::new(context, "profiles", size_of_val(&*profile_table) as u64)?;
-        staging.write::<Profile>(&profiles, 0, &profile_table)?;
+        let profiles = Buffer::new(context, "profiles", size_of_val(profile_table) as u64)?;
+        staging.write::<Profile>(&profiles, 0, profile_table)?;
         let object_bytes = scene.objects.len() * size_of::<DeviceObject>();
         let mut device = Self {
             lights,

@@ -2,6 +2,7 @@
 
 use crate::render::gpu_types::Profile;
 use crate::render::gpu_types::constants::SHARPEST;
+use std::sync::LazyLock;
 
 /// Variance of the kernel over the variance of the triangular patch, 12 k² with k = 0.47.
 ///
@@ -30,11 +31,15 @@ const FLATTEST: f64 = 0.05;
 
 /// The table of kernels: the flatness β, the squared support radius a² that gives unit covariance, and the mean M₀ =
 /// ∫₀¹ k dt. An entry has the kurtosis of the kernel (1 − t)^p; p goes from 0 to [`SHARPEST`] in even steps of √p.
-pub fn profiles() -> Vec<Profile> {
-    let place = |i| i as f64 / (PROFILES - 1) as f64;
-    (0..PROFILES)
-        .map(|i| profile((f64::from(SHARPEST) * place(i) * place(i)).max(FLATTEST)))
-        .collect()
+pub fn profiles() -> &'static [Profile] {
+    // Takes tens of milliseconds.
+    static TABLE: LazyLock<Vec<Profile>> = LazyLock::new(|| {
+        let place = |i| i as f64 / (PROFILES - 1) as f64;
+        (0..PROFILES)
+            .map(|i| profile((f64::from(SHARPEST) * place(i) * place(i)).max(FLATTEST)))
+            .collect()
+    });
+    &TABLE
 }
 
 fn profile(p: f64) -> Profile {
