@@ -69,6 +69,14 @@ fn an_unsuitable_device_of_a_host_is_refused() {
             "made without the feature synchronization2",
         );
         refused(
+            &|external| external.features.dynamic_rendering = vk::FALSE,
+            "made without the feature dynamic_rendering",
+        );
+        refused(
+            &|external| external.features.maintenance4 = vk::FALSE,
+            "made without the feature maintenance4",
+        );
+        refused(
             &|external| external.api_version = vk::API_VERSION_1_2,
             "made for Vulkan 1.2",
         );
@@ -187,11 +195,11 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Of a scene that stands still, with lights and an environment, receivers of both kinds, and direct light.
+/// Of a scene that stands still, with lights and an environment, receivers of both kinds, direct light, and chains.
 #[test]
 fn recording_a_still_scene_allocates_nothing() {
-    for name in ["globe.toml", "pool_sky.toml"] {
-        let scene = common::load(name);
+    for name in ["globe.toml", "pool_sky.toml", "tumbler.toml"] {
+        let scene = common::load_with_chains(name);
         host::with_commands(|external, commands| {
             // SAFETY: the host outlives the context.
             let context = unsafe { Context::from_raw(external) }.unwrap();

@@ -6,10 +6,13 @@ use super::{Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
 use std::collections::VecDeque;
-use std::ffi::CString;
+use std::ffi::CStr;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Bytes of the longest name of a pass.
+const LONGEST_NAME: usize = 63;
 
 /// What one pass cost.
 #[derive(Debug, Clone)]
@@ -369,7 +372,7 @@ impl Recorder {
     /// [`Error::Device`] where the device fails (mostly only if passes are waited for).
     pub fn pass(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) -> Result<()> {
         if !self.is_ours() && self.timed_frames == 0 {
-            record(self);
+            self.labelled(name, record);
             return Ok(());
         }
         let start = Instant::now();
@@ -384,17 +387,7 @@ impl Recorder {
                 None
             });
         self.open.push(name);
-        if let Some(debug) = &self.context.debug {
-            let label = CString::new(name).expect("pass names have no NUL");
-            let info = vk::DebugUtilsLabelEXT::default().label_name(&label);
-            // SAFETY: a recording command buffer of this device.
-            unsafe { debug.cmd_begin_debug_utils_label(self.commands, &info) };
-        }
-        record(self);
-        if let Some(debug) = &self.context.debug {
-            // SAFETY: as above.
-            unsafe { debug.cmd_end_debug_utils_label(self.commands) };
-        }
+        self.labelled(name, record);
         if let Some(scope) = scope {
             self.timestamps.end(self.commands, scope);
         }
@@ -405,6 +398,24 @@ impl Recorder {
             }
         }
         Ok(())
+    }
+
+    /// Calls `record` between the ends of a debug label.
+    fn labelled(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) {
+        if let Some(debug) = &self.context.debug {
+            // On the stack: a host's frame allocates nothing.
+            let mut bytes = [0; LONGEST_NAME + 1];
+            bytes[..name.len()].copy_from_slice(name.as_bytes());
+            let label = CStr::from_bytes_until_nul(&bytes).expect("the last byte is NUL");
+            let info = vk::DebugUtilsLabelEXT::default().label_name(label);
+            // SAFETY: a recording command buffer of this device.
+            unsafe { debug.cmd_begin_debug_utils_label(self.commands, &info) };
+        }
+        record(self);
+        if let Some(debug) = &self.context.debug {
+            // SAFETY: as above.
+            unsafe { debug.cmd_end_debug_utils_label(self.commands) };
+        }
     }
 
     /// Times of the passes since [`Recorder::begin_frame`], in order.

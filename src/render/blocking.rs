@@ -37,6 +37,11 @@ impl Renderer {
             self.recorder
                 .submit()
                 .inspect_err(|_| self.is_current = false)?;
+            if !self.caustic.is_complete()? {
+                self.is_current = false;
+                self.begin()?;
+                continue;
+            }
             let Some((error, is_limited)) = self.caustic.error()? else {
                 return Ok(());
             };

@@ -310,11 +310,17 @@ fn splat_triangles(
         triangles.record_scan_triangles(r);
         next(r);
     })?;
-    // A host's command buffer records the maximum number of batches. A blocking frame reads how many are in use.
+    // A host's command buffer records the maximum number of batches. A blocking frame records as many as earlier ones used, and
+    // is recorded again where these are too few; the first one reads how many there are.
     let mut batches = triangles.batches;
     if recorder.is_ours() {
-        recorder.submit()?;
-        batches = triangles.batches_in_use()?;
+        batches = match triangles.expected_batches {
+            Some(expected) => expected,
+            None => {
+                recorder.submit()?;
+                triangles.batches_in_use()?
+            }
+        };
     }
     recorder.tiled("triangles", batches.into(), 1, |r, batch, _| {
         let batch = batch as u32;

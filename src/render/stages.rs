@@ -187,6 +187,20 @@ impl Caustic {
         }
     }
 
+    /// Whether the last blocking frame recorded all that was to be drawn.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn is_complete(&mut self) -> Result<bool> {
+        match self {
+            Self::Splat {
+                triangles: Some(triangles),
+                ..
+            } => triangles.has_all_batches(),
+            _ => Ok(true),
+        }
+    }
+
     /// Sets the error to aim for.
     pub fn set_error(&mut self, error: f32) {
         if let Self::Splat {

@@ -1,8 +1,8 @@
 //! The flux in every light map of every shipped scene, against the reference's.
 
 use crate::common::{
-    Device, assert_error_beyond_noise, assert_physical, brighter, flux, footprint, load, method,
-    moved, only_receiver, options, rect, scaled, truth,
+    Device, assert_error_beyond_noise, assert_physical, brighter, flux, footprint, load,
+    load_with_chains, method, moved, only_receiver, options, rect, scaled, truth,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -10,6 +10,7 @@ use nephroid::reference::Options;
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::{Atlas, EnvironmentMap, Geometry, LightKind, Scene};
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 use std::sync::Arc;
 
 /// A mean error of a few per cent a texel is one of much less in the sum.
@@ -155,12 +156,32 @@ fn keeps_the_energy(name: &str) {
 
 /// Footprints only, within `bound`: for environments, which the other methods cannot do or are slow at, and for meshes.
 fn footprints_keep_the_energy(name: &str, reference_error: f64, bound: f64) {
+    let settings = footprint(16_384);
+    scene_keeps_the_energy_of(name, &load(name), &settings, reference_error, bound);
+}
+
+/// Light of all chains, to the error that is the default of the command line.
+fn chains_keep_the_energy(name: &str, reference_error: f64, bound: f64) {
+    let settings = Settings {
+        error: Some(0.02),
+        ..Settings::default()
+    };
+    let scene = load_with_chains(name);
+    scene_keeps_the_energy_of(name, &scene, &settings, reference_error, bound);
+}
+
+fn scene_keeps_the_energy_of(
+    name: &str,
+    scene: &Scene,
+    settings: &Settings,
+    reference_error: f64,
+    bound: f64,
+) {
     let device = Device::open();
-    let scene = load(name);
-    let truth = reference_flux(&scene, reference_error, REFERENCE_SAMPLES);
+    let truth = reference_flux(scene, reference_error, REFERENCE_SAMPLES);
     let error = |factor| {
         let scene = brighter(scene.clone(), factor);
-        let found = fluxes(&device, &scene, &footprint(16_384));
+        let found = fluxes(&device, &scene, settings);
         worst_of(&found, &truth, FAINT_UNDER_A_SKY)
     };
     let perturbed = error(1.0 + 3.0 * bound);
@@ -287,6 +308,85 @@ fn table() {
 #[test]
 fn ball() {
     footprints_keep_the_energy("ball.toml", 0.02, 0.015);
+}
+
+#[test]
+fn cage() {
+    keeps_the_energy("mesh_cage.toml");
+}
+
+#[test]
+fn rock() {
+    keeps_the_energy("mesh_rock.toml");
+}
+
+#[test]
+fn scan() {
+    keeps_the_energy("mesh_scan.toml");
+}
+
+#[test]
+fn part() {
+    keeps_the_energy("mesh_part.toml");
+}
+
+#[test]
+fn animal() {
+    keeps_the_energy("mesh_animal.toml");
+}
+
+#[test]
+fn glass_ball() {
+    chains_keep_the_energy("glass_ball.toml", 0.02, 0.01);
+}
+
+#[test]
+fn two_mirrors() {
+    chains_keep_the_energy("two_mirrors.toml", 0.02, 0.01);
+}
+
+#[test]
+fn lens() {
+    chains_keep_the_energy("lens.toml", 0.02, 0.01);
+}
+
+#[test]
+fn prism() {
+    chains_keep_the_energy("prism.toml", 0.02, 0.01);
+}
+
+#[test]
+fn tumbler() {
+    chains_keep_the_energy("tumbler.toml", 0.02, 0.02);
+}
+
+#[test]
+fn wine() {
+    chains_keep_the_energy("wine.toml", 0.03, 0.02);
+}
+
+#[test]
+fn engineered() {
+    chains_keep_the_energy("engineered.toml", 0.02, 0.01);
+}
+
+/// A new scene needs a test here.
+#[test]
+fn no_scene_is_left_out() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    for entry in scenes.read_dir().unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let test = format!("keep_the_energy(\"{name}\"");
+        let other = [
+            format!("keeps_the_energy(\"{name}\""),
+            format!("load(\"{name}\")"),
+        ];
+        let is_tested = include_str!("energy.rs").contains(&test)
+            || other
+                .iter()
+                .any(|test| include_str!("energy.rs").contains(test));
+        assert!(is_tested, "{name}");
+    }
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! The same scene gives the same bits, every time.
 
-use crate::common::{Device, brighter, load, method};
+use crate::common::{Device, brighter, load, load_with_chains, method};
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
 use nephroid::scene::Scene;
+use std::path::Path;
 
 fn bits(image: &RgbImage) -> Vec<u32> {
     let values = image.pixels.as_flattened();
@@ -73,4 +74,42 @@ fn footprint_on_a_mesh() {
 #[test]
 fn footprint_of_a_lamp() {
     same_bits("lamp.toml", Method::Footprint, 16_384);
+}
+
+/// A frame that takes longer may be several submissions, s.
+const LONG: f64 = 0.05;
+
+/// At the default error to aim for, with small light maps. The first frame reads how much there is to draw. Work that takes long
+/// is divided, so that the device stays usable meanwhile.
+#[test]
+fn a_caustic_is_one_submission() {
+    let device = Device::unwatched();
+    let settings = Settings {
+        error: Some(0.02),
+        ..Settings::default()
+    };
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
+    let mut short = 0;
+    for entry in scenes.read_dir().unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let mut scene = load_with_chains(&name);
+        let maps = scene
+            .objects
+            .iter_mut()
+            .filter_map(|object| object.light_map.as_mut());
+        maps.for_each(|light_map| *light_map = [32, 32]);
+        let mut renderer = device.renderer(&scene, &settings);
+        let frames = [0; 6].map(|_| {
+            renderer.invalidate();
+            renderer.caustic().unwrap();
+            let submissions = renderer.submissions();
+            (submissions.count, submissions.longest)
+        });
+        println!("{name}: {frames:?}");
+        let (count, longest) = frames[5];
+        let is_long = f64::from(count) * longest > LONG;
+        assert!(count == 1 || is_long, "{name}: {frames:?}");
+        short += u32::from(!is_long);
+    }
+    assert!(short >= 10, "{short}");
 }

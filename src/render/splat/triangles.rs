@@ -50,6 +50,8 @@ pub struct Triangles {
     splat_totals: Buffer,
     /// Number of batches of triangles.
     pub batches: u32,
+    /// Number that a blocking frame records; `None` before one has read how many are in use.
+    pub expected_batches: Option<u32>,
     /// Whether rays are traced from the corners of patches.
     pub traces_corners: bool,
     patch_capacity: u32,
@@ -218,6 +220,7 @@ impl Triangles {
             patch_totals,
             splat_totals,
             batches,
+            expected_batches: None,
             traces_corners: settings.method == Method::Footprint,
             patch_capacity: patches as u32,
             aim,
@@ -434,6 +437,19 @@ impl Triangles {
     pub fn batches_in_use(&self) -> Result<u32> {
         let splats = self.splat_totals.read::<u32>(7)?[6];
         Ok(splats.div_ceil(BATCH).clamp(1, self.batches))
+    }
+
+    /// Whether the last blocking frame recorded all batches that are in use. The next one records as many at least.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn has_all_batches(&mut self) -> Result<bool> {
+        let used = self.batches_in_use()?;
+        let recorded = self.expected_batches.replace(used);
+        if let Some(recorded) = recorded {
+            self.expected_batches = Some(used.max(recorded));
+        }
+        Ok(recorded.is_none_or(|recorded| used <= recorded))
     }
 
     /// The largest estimated relative L1 error of a planar receiver in the last frame, and whether more patches than
