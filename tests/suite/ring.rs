@@ -62,7 +62,7 @@ fn footprints_are_within(degrees: f64, samples: u32, bound: f64) {
 fn footprints_under_the_sun() {
     footprints_are_within(SUN, 4096, 0.033);
     footprints_are_within(SUN, 16_384, 0.017);
-    footprints_are_within(SUN, 65_536, 0.017);
+    footprints_are_within(SUN, 65_536, 0.012);
 }
 
 #[test]
