@@ -39,11 +39,11 @@ pub struct GpuOptions {
     /// Number of patches to aim for (at least one for each lit triangle), or of points [default: 16384]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     samples: Option<u32>,
-    /// footprint: relative L1 error to aim for on flat receivers under suns and lamps [default: 0.02, without
+    /// footprint: relative L1 error to aim for on planar receivers under suns and lamps [default: 0.02, without
     /// --samples]
     #[arg(long, conflicts_with = "samples", value_parser = relative_error)]
     error: Option<f32>,
-    /// footprint: time that the update and the caustic of a frame may take, in ms. The error to aim for is chosen anew for
+    /// footprint: time that the update and the caustic of a frame may take, in ms. The error to aim for is chosen again for
     /// every frame. The first frame is repeated, at most 20 times, until the budget is met
     #[arg(long, value_name = "MS", conflicts_with_all = ["samples", "error"], value_parser = budget)]
     budget_ms: Option<Duration>,
@@ -263,7 +263,7 @@ pub struct CausticReport {
     pub method: Method,
     /// Patches or points.
     pub samples: u32,
-    /// Patches that throw light on a receiver, counted once a sun.
+    /// Number of patches that send light to a receiver, counted once for each sun or lamp.
     pub lit: Option<u32>,
     /// Estimated relative L1 error of the receiver where it is largest; `None` where it is not estimated.
     pub estimated_error: Option<f32>,

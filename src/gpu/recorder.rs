@@ -55,7 +55,7 @@ pub type Watcher = Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>;
 /// A command buffer that is being recorded: one of ours, with the fence that [`Recorder::submit`] waits for, or a
 /// host's, which the host submits.
 ///
-/// After a failed submission ours begins anew, without what was recorded.
+/// After a failed submission ours begins again, without what was recorded.
 pub struct Recorder {
     pub(super) context: Arc<Context>,
     /// Null for a host's command buffers.
@@ -280,7 +280,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Submits what was recorded, waits for it, and begins anew.
+    /// Submits what was recorded, waits for it, and begins again.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails or is lost, or something recorded is beyond its

@@ -263,7 +263,7 @@ impl Renderer {
         let environment_counts =
             matches!(self.settings.method, Method::Footprint | Method::Pinhole);
         if self.scene.environment.casts_caustics && !environment_counts {
-            let note = "the environment throws no caustic, and water lets none of it through: the \
+            let note = "the environment casts no caustic, and water lets none of it through: the \
                  methods footprint and pinhole do that";
             notes.push(note.into());
         } else if self.scene.scene.specular_objects().next().is_none() {
@@ -286,7 +286,7 @@ impl Renderer {
             }
         }
         if self.settings.budget.is_some() && self.budget.is_none() {
-            let note = "the time is not held: only suns and lamps on flat receivers take less time at a larger error";
+            let note = "the time is not held: only suns and lamps on planar receivers take less time at a larger error";
             notes.push(note.into());
         }
         if self.caustic.has_even_patches() {
@@ -448,7 +448,7 @@ impl Renderer {
         }
     }
 
-    /// The state of [`Settings::budget`]; `None` without one, or where no suns or lamps light a flat receiver.
+    /// The state of [`Settings::budget`]; `None` without one, or where no sun or lamp lights a planar receiver.
     pub fn budget(&self) -> Option<&FrameBudget> {
         self.budget.as_ref()
     }

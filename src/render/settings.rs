@@ -63,8 +63,8 @@ pub struct Settings {
     /// of patches in every frame. `None`: `samples` decides there, too. Buffers for more patches are made by
     /// [`super::Renderer::caustic`], not by frames of a host.
     pub error: Option<f32>,
-    /// `footprint`: time that [`super::Renderer::update`] and [`super::Renderer::caustic`] may take together. Instead of
-    /// `error`, which is then chosen anew after every frame by [`super::FrameBudget`]. Frames of a host are not timed: a
+    /// `footprint`: time that [`super::Renderer::update`] and [`super::Renderer::caustic`] may take together. It replaces
+    /// `error`, which [`super::FrameBudget`] then chooses again after every frame. Frames of a host are not timed: a
     /// host sets `error`, and [`super::Renderer::set_error`] for every frame.
     pub budget: Option<Duration>,
     /// `footprint`: maximum number of environment cells (at least 8).

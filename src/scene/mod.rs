@@ -267,7 +267,7 @@ fn grid_coordinates([columns, rows]: [u32; 2]) -> Vec<[DVec2; 3]> {
 }
 
 impl MaterialKind {
-    /// Whether it throws a caustic.
+    /// Whether it casts a caustic.
     pub fn is_specular(&self) -> bool {
         !matches!(self, Self::Diffuse { .. })
     }
@@ -437,7 +437,7 @@ impl Rect {
 pub struct Waves {
     /// At rest.
     pub rect: Rect,
-    /// Quads along edge_u and edge_v that it is cut into, two triangles each.
+    /// Number of quads along edge_u and edge_v, two triangles each.
     pub quads: [u32; 2],
     pub sines: Vec<Sine>,
     /// s

@@ -198,7 +198,7 @@ impl Display {
         (names, report.total_capacity_bytes)
     }
 
-    /// Makes the images of the window anew where they no longer fit. Whether there are any.
+    /// Makes the images of the window again if they no longer fit. Returns whether there are any.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails, [`Error::Window`] where the surface was lost for good.

@@ -69,7 +69,7 @@ impl Swapchain {
         )
     }
 
-    /// Makes the images anew for a window of `size` pixels; none where it is not visible. The device must be idle.
+    /// Makes the images again for a window of `size` pixels; none if it is not visible. The device must be idle.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -164,7 +164,7 @@ impl Swapchain {
             )
         };
         match result {
-            // A suboptimal image is drawn to, and the images made anew afterwards.
+            // A suboptimal image is drawn to, and the images are made again afterwards.
             Ok((index, _)) => Ok(Presented::Done(index)),
             Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Presented::NotReady),
             Err(error) => lost(error, "asking for an image of the window"),

@@ -1,5 +1,5 @@
-//! Lattices of rays from the suns and lamps to the casters, the first rays of chains. Chosen on the host for every frame
-//! from the casters' bounding boxes.
+//! Lattices of rays from the suns, lamps and environment cells to the casters, the first rays of chains. The host chooses
+//! them for every frame from the casters' bounding boxes.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
@@ -60,7 +60,7 @@ pub struct DeviceLattices {
 }
 
 impl DeviceLattices {
-    /// Allocates for the suns and lamps of a scene.
+    /// Allocates for the suns, lamps and environment cells of a scene.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.

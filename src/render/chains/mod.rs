@@ -1,4 +1,4 @@
-//! Chains: light of suns and lamps that meets two or more specular surfaces on its way to the planar receivers. Rays of a
+//! Chains: light of suns, lamps and environment cells that meets two or more specular surfaces on its way to the planar receivers. Rays of a
 //! lattice are followed from surface to surface, a wave of them at a time, and each lands as a footprint.
 
 pub mod lattice;

@@ -138,7 +138,7 @@ fn flux(map: &RgbImage, texels: &[Texel]) -> f64 {
 
 /// L1 over texels, though not all have the same area, and flux.
 #[test]
-fn caustics_on_curved_meshes_are_those_of_the_reference() {
+fn caustics_on_meshes_are_those_of_the_reference() {
     let device = Device::open();
     let (globe, own) = globe();
     let size = [128, 128];
@@ -471,7 +471,7 @@ fn direct_light_on_a_globe() {
     );
 }
 
-/// What moves keeps its layout, and gets the same bits as a renderer that is made anew.
+/// What moves keeps its layout, and gets the same bits as a new renderer.
 #[test]
 fn a_mesh_that_moves_takes_its_light_map_along() {
     let device = Device::open();
