@@ -43,9 +43,9 @@ impl Submissions {
 /// How far a long piece of work has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Progress {
-    /// What is being done, as in `shade`.
+    /// Name of the work, such as `shade`.
     pub work: &'static str,
-    /// Of it, 0 to 1.
+    /// Share of the work that is done, 0 to 1.
     pub done: f64,
 }
 

@@ -229,7 +229,7 @@ fn splat(
     Ok(())
 }
 
-/// Between two computations, of which the second may be as large as the first one says.
+/// The barrier between two compute passes, of which the first may write the size of the second.
 fn next(recorder: &mut Recorder) {
     recorder.barrier(
         Access::COMPUTE_WRITE,
@@ -237,7 +237,7 @@ fn next(recorder: &mut Recorder) {
     );
 }
 
-/// After a draw of splats that computations list.
+/// The barrier after a draw of a splat list that compute passes write.
 fn after_draw(recorder: &mut Recorder) {
     recorder.barrier(
         Access::BLEND.and(LIST_READ),

@@ -103,7 +103,7 @@ pub enum LightKind {
     /// A sphere of the same radiance Φ/(4π²R²) everywhere and in all directions. A plane that faces it
     /// at the distance d from its middle gets Φ/(4πd²). It casts no shadow.
     Lamp {
-        /// Of its middle, m.
+        /// Centre, m.
         position: DVec3,
         /// R, m; > 0.
         radius: f64,
@@ -356,7 +356,7 @@ impl Mesh {
         ]
     }
 
-    /// From `point` to the nearest point of the triangles, m; infinite where there is none.
+    /// Distance from `point` to the nearest point of the triangles, m; infinite if there are none.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         let distance = |corners: &[u32; 3]| {
             origin_to_triangle(corners.map(|corner| self.positions[corner as usize] - point))
@@ -384,7 +384,7 @@ impl Mesh {
     }
 }
 
-/// From the origin to the nearest point of the triangle.
+/// Distance from the origin to the nearest point of the triangle.
 fn origin_to_triangle([a, b, c]: [DVec3; 3]) -> f64 {
     let edges = [[a, b], [b, c], [c, a]];
     if let Some(normal) = (b - a).cross(c - a).try_normalize()

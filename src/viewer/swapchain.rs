@@ -8,7 +8,7 @@ use winit::window::Window;
 /// Wait for an image of the window, at most, ns. A hidden window may have none.
 const ACQUIRE_TIMEOUT: u64 = 1_000_000_000;
 
-/// What became of a request for an image, or of showing one.
+/// Outcome of a request for an image, or of presenting one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Presented<T> {
     Done(T),

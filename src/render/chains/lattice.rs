@@ -237,7 +237,7 @@ impl Window {
         self.edge_u.cross(self.edge_v).length()
     }
 
-    /// Of about `rays` square cells.
+    /// Columns and rows of about `rays` square cells.
     fn columns_and_rows(&self, rays: f64) -> (u32, u32) {
         let cell = (self.area() / rays).sqrt();
         // A window that is narrower than a cell still has one row.

@@ -34,7 +34,7 @@ const DRAW_WORD: u32 = 9;
 pub struct Chains {
     pilot: BoundPipeline,
     plan: BoundPipeline,
-    /// From either wave to the other.
+    /// One pipeline for each direction between the two wave buffers.
     trace: [BoundPipeline; 2],
     sums: [BlockSums; 2],
     scan: [BoundPipeline; 2],
