@@ -228,7 +228,7 @@ struct Window {
     origin: DVec3,
     edge_u: DVec3,
     edge_v: DVec3,
-    /// Sun: of the rays.
+    /// For a sun: direction of the rays.
     direction: DVec3,
 }
 
