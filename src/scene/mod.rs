@@ -103,7 +103,7 @@ pub enum LightKind {
     /// A sphere of the same radiance Φ/(4π²R²) everywhere and in all directions. A plane that faces it
     /// at the distance d from its middle gets Φ/(4πd²). It casts no shadow.
     Lamp {
-        /// Centre, m.
+        /// Of its middle, m.
         position: DVec3,
         /// R, m; > 0.
         radius: f64,
@@ -267,7 +267,7 @@ fn grid_coordinates([columns, rows]: [u32; 2]) -> Vec<[DVec2; 3]> {
 }
 
 impl MaterialKind {
-    /// Whether it casts a caustic.
+    /// Whether it throws a caustic.
     pub fn is_specular(&self) -> bool {
         !matches!(self, Self::Diffuse { .. })
     }
@@ -356,7 +356,7 @@ impl Mesh {
         ]
     }
 
-    /// Distance from `point` to the nearest point of the triangles, m; infinite if there are none.
+    /// From `point` to the nearest point of the triangles, m; infinite where there is none.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         let distance = |corners: &[u32; 3]| {
             origin_to_triangle(corners.map(|corner| self.positions[corner as usize] - point))
@@ -384,7 +384,7 @@ impl Mesh {
     }
 }
 
-/// Distance from the origin to the nearest point of the triangle.
+/// From the origin to the nearest point of the triangle.
 fn origin_to_triangle([a, b, c]: [DVec3; 3]) -> f64 {
     let edges = [[a, b], [b, c], [c, a]];
     if let Some(normal) = (b - a).cross(c - a).try_normalize()
@@ -437,7 +437,7 @@ impl Rect {
 pub struct Waves {
     /// At rest.
     pub rect: Rect,
-    /// Number of quads along edge_u and edge_v, two triangles each.
+    /// Quads along edge_u and edge_v that it is cut into, two triangles each.
     pub quads: [u32; 2],
     pub sines: Vec<Sine>,
     /// s
