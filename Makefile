@@ -27,7 +27,7 @@ drivers:
 	.ci/drivers check
 	.ci/drivers test
 
-# docs/accuracy.md, measured anew: about a minute.
+# docs/accuracy.md, measured again: about a minute.
 accuracy:
 	.ci/setup demo
 	cargo run --release --example accuracy

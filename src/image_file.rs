@@ -179,7 +179,7 @@ fn check_exr(content: &[u8], most: [u32; 2], pixel_bytes: u64) -> Result<(), Str
     Ok(())
 }
 
-/// Of a block of pixels that is decoded at once.
+/// Maximum size of a block of pixels that is decoded at once.
 const MAX_BLOCK_BYTES: u64 = 512 << 20;
 
 /// Further values for each pixel of an EXR file, as channels `name.R`, `name.G`, `name.B`.

@@ -1,7 +1,7 @@
-//! nephroid renders caustics: the light that mirrors and water throw onto other surfaces. It computes
+//! nephroid renders caustics: the light that mirrors, glass and water cast onto other surfaces. It computes
 //! receiver irradiance in physical units on an explicit Vulkan pipeline, and checks it against an
 //! independent reference on the CPU. The method is that of Wand & Straßer (*Real-Time Caustics*,
-//! 2003), with footprints in place of their gather as the default; [`method`] has the equations.
+//! 2003), by default with splats in place of their gather; [`method`] has the equations.
 //!
 //! # Example
 //!
@@ -28,59 +28,62 @@
 //! # The tour
 //!
 //! [`scene`] reads a scene file and the meshes and images that it names into plain data: SI units, radians,
-//! f64, no Vulkan, at one time; [`scene::Animation`] has it at every time. What it returns is fit to be
-//! rendered; what is wrong with a file is an [`Error`] with file, line and remedy, and what is merely odd
+//! f64, no Vulkan, at one time; [`scene::Animation`] returns the scene at any time. A scene that it returns can be
+//! rendered. A file that cannot be used is an [`Error`] with file, line and remedy; input that is usable but odd
 //! is a warning.
 //!
-//! [`gpu`] is a thin layer over ash: the device, of our own or of a host application, buffers and images that own
+//! [`gpu`] is a thin layer over ash: the device, its own or that of a host application, buffers and images that own
 //! their memory, pipelines that read their bindings from the SPIR-V, and a recorder with named passes. All
-//! shaders are in `glsl/`, one file a pass.
+//! shaders are in `glsl/`, one file for each.
 //!
 //! [`render`] is the renderer. `src/render/frame.rs` has every pass and every barrier of a frame, in order:
 //!
-//! - *upload*: what changed in the scene is copied to the device. [`render::Renderer::update`] finds it: triangles, a
-//!   bounding volume hierarchy, lights and receivers, around an origin in the middle of the scene.
-//! - *sample*: the casters' triangles are divided into patches, the paper's sample points: small triangles with a normal
-//!   and its derivatives along the edges.
-//! - *project*: each patch images each light onto each receiver. A narrow light gives a triangle; a wide one a
-//!   footprint, that is a kernel with a centre, a covariance and a flux. Cells of an environment are imaged by patch
-//!   clusters: as pinhole images, with their edges, where a cluster is far enough from the receiver to be a point, and as
-//!   footprints where it is not. One ray finds whether the light is visible, another whether the receiver is.
-//! - *compact*: the splats that exist are listed in a fixed order, so that equal input gives equal
-//!   bits on the same device and driver.
-//! - *splat*: each splat becomes a quad and is added to the light maps by blending, wide ones at a coarser level.
-//! - *resolve*: the coarser levels are interpolated and added to the light maps.
-//! - *direct*: light that reaches the receivers without a caster.
-//! - *shade*: the camera's view. Diffuse surfaces show direct light and the light maps, mirrors show
-//!   what they reflect.
+//! - *upload* copies the changes of the scene to the device. [`render::Renderer::update`] finds them: triangles, a
+//!   bounding volume hierarchy, lights and receivers, with positions relative to the centre of the scene.
+//! - *Suns and lamps on planar receivers.* The casters' triangles are facets. *facet flux* computes the light that each facet
+//!   sends to each receiver. By this flux, *count patches* divides facets into patches, the paper's sample points, and *trace
+//!   facets* and *trace patches* test the visibility of their corners. Each patch acts as a pinhole camera: *project triangles*
+//!   computes the image of the light on a receiver, as triangles and, at folds, as kernels.
+//! - *Chains*: light that meets several specular surfaces on its way to a planar receiver. *pilot chains* finds the number of
+//!   rays, *trace chains* follows a wave of rays to the next surface, *emit chains* writes the next wave and the footprints,
+//!   and *finish chains* follows the remaining rays to their end.
+//! - *Mesh receivers and environments.* For suns and lamps on mesh receivers, *sample* divides the casters into patches of even
+//!   size; environment cells are projected by patch clusters. *project* computes the splats: footprints, which are kernels with a
+//!   centre, a covariance and a flux, and on planar receivers pinhole images of environment cells. *compact* lists the used
+//!   slots in a fixed order, so that equal input gives equal bits on the same device and driver.
+//! - *splat* adds the splats to the light maps by blending. On planar receivers, wide splats go to coarser levels, which
+//!   *resolve* adds to the finer ones.
+//! - *Direct light and the view* (`src/render/view/frame.rs`): the direct maps hold light that reaches diffuse surfaces without a
+//!   caster. The camera's view shows diffuse surfaces by these maps and the light maps, and traces rays where a pixel
+//!   shows a mirror, an interface or several surfaces.
 //!
-//! Mesh receivers have footprints of their own, which find the texels that they reach in space and not on a plane. The
-//! method `pinhole` replaces project to resolve by *gather*, the sum over all patches at every texel.
-//! The method `beams` has triangles only, without the light's width. The method `points` replaces project to resolve by
-//! *trace points* and *splat points*. [`render::Method`] lists them.
+//! [`render::Method`] lists the methods. After *sample*, `pinhole` has one pass, *gather*: the paper's sum over
+//! all patches at every texel. `points` has *trace points* and *splat points* only. `beams` draws each patch as one
+//! triangle and ignores the width of the light.
 //!
 //! [`render::Renderer::record`] records a frame into a command buffer of a host application (`docs/embedding.md`). The
-//! blocking calls, such as [`render::Renderer::caustic`], record the same and submit it.
+//! blocking calls, such as [`render::Renderer::caustic`], record the same passes and submit them.
 //!
 //! [`tone_map`] turns linear radiance into sRGB bytes, [`image_file`] reads and writes EXR and PNG files, and
 //! [`output`] writes files whole or not at all.
 //!
 //! [`mod@reference`] computes the same light maps on the CPU in f64, unbiased, with a standard error for
-//! every texel, and the camera's view, and keeps them on disk. It imports neither `gpu` nor `render`; its law of reflection is in
-//! [`optics`].
+//! every texel, and the camera's view, and keeps them on disk. It imports neither `gpu` nor `render`. It shares the loaded
+//! scene with its atlases, the laws of reflection and refraction in [`optics`], and the colours of wavelengths in
+//! [`spectrum`] with the renderer.
 //!
-//! [`measure`] compares images and sequences with a reference, and sums up the times of passes.
-//! [`measure::stress`] sweeps through the places where methods fail.
+//! [`measure`] compares images and sequences with a reference, and summarises the times of passes.
+//! [`measure::stress`] sweeps through the situations where methods fail.
 //! [`measure::sweep`] measures every method over its settings, and [`measure::chart`] reports it:
 //! speed against accuracy, as a page, a drawing, a table and JSON.
 //!
 //! [`error`] is the one public error type. The command line, `src/main.rs` and `src/cli/`, has one
-//! file a command.
+//! file per command.
 //!
 //! # Features
 //!
-//! `cli`, on by default, has the program and what only it and the tests need: [`mod@reference`] and [`measure`]. A
-//! host application does without, by `default-features = false`, and builds less than half as many crates.
+//! `cli`, on by default, adds the program and the modules that only it and the tests need: [`mod@reference`] and [`measure`]. A
+//! host application leaves it out by `default-features = false`, and builds less than half as many crates.
 //! `viewer` adds the window of the program, `nephroid view`; it is a host of the library (`docs/viewer.md`).
 //! `bundled-shaderc` compiles the shaders where no `glslc` is installed.
 

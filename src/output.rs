@@ -120,7 +120,7 @@ struct Temporary {
 }
 
 impl Temporary {
-    /// Of `name` in messages.
+    /// A temporary file beside `file`; messages call it `name`.
     fn beside(name: &Path, file: &Path) -> Result<Self> {
         let folder = match file.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,

@@ -37,7 +37,7 @@ fn matching(wavelength: f64) -> DVec3 {
     )
 }
 
-/// From CIE XYZ to linear sRGB (IEC 61966-2-1).
+/// Matrix from CIE XYZ to linear sRGB (IEC 61966-2-1).
 const RGB_OF_XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(3.2406, -0.9689, 0.0557),
     DVec3::new(-1.5372, 1.8758, -0.2040),

@@ -1,4 +1,4 @@
-//! From linear radiance to pixels on a display.
+//! Converts linear radiance to pixels on a display.
 //!
 //! The operator is the Khronos *PBR Neutral Tone Mapper* (specification 1.0, 2024): linear and
 //! hue-preserving up to 0.8 less a small offset, above that compressed toward white.

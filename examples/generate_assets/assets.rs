@@ -207,7 +207,7 @@ fn concentric(square: DVec2) -> DVec2 {
 }
 
 /// Sphere of radius 0.5 around (0, 1, 0) as an icosahedron divided four times. Its corners lie
-/// slightly outside the sphere, so that the mesh's area is the sphere's 4πR² and it throws as
+/// slightly outside the sphere, so that the mesh's area is the sphere's 4πR² and it reflects as
 /// much light; the normals are the sphere's.
 fn ball() -> String {
     const RADIUS: f64 = 0.5;

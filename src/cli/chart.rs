@@ -42,9 +42,8 @@ pub struct Arguments {
     quick: bool,
 }
 
-/// Those that are charted where none is named: each is hard in a way of its own. `table`, `coffee`
-/// and `pool_sky` are pictures, and would add minutes to say what `ring`, `lamp`, `ball` and `pool` say; the receiver
-/// of `globe` is not a rect.
+/// Scenes that are charted by default; each is difficult for another reason. `table`, `coffee` and `pool_sky` are pictures: they
+/// would add minutes without telling more than `ring`, `lamp`, `ball` and `pool`. The receiver of `globe` is not a rect.
 const CHARTED: [&str; 14] = [
     "ball",
     "blocker",
@@ -69,7 +68,7 @@ struct ChartedScene {
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
-    // All that can be wrong with the input, before the minutes of work.
+    // All input is checked before the minutes of work.
     let peers = match &arguments.peers {
         Some(file) => read_peers(file)?,
         None => Vec::new(),
@@ -133,7 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     result
 }
 
-/// Parts of the bar that one scene takes, and its reference of these.
+/// Steps of the progress bar per scene, and the share of them that the reference takes.
 const BAR: f64 = 1000.0;
 const REFERENCE_SHARE: f64 = 0.4;
 
@@ -238,7 +237,7 @@ fn find_receiver(file: &Path, scene: &Scene, name: Option<&str>) -> Result<usize
     })
 }
 
-/// Onto the plots of the light maps that all methods are measured on.
+/// Adds other renderers' measurements to the charts whose light map has the main size.
 fn add_peers(charts: &mut [SceneChart], peers: &[Peer], plan: &Plan) {
     for chart in charts {
         if chart.light_map.into_iter().max() == Some(plan.main_side) {

@@ -51,10 +51,10 @@ fn exposure(text: &str) -> Result<f64, String> {
     value.ok_or(format!("give stops, -{MAX_EXPOSURE} to {MAX_EXPOSURE}"))
 }
 
-/// As of a scene's camera.
+/// Largest exposure, stops: the limit of a scene's camera.
 const MAX_EXPOSURE: f64 = 64.0;
 
-/// Errors of an image, and of a view FLIP, too.
+/// Errors of an image; for a view, with FLIP.
 #[derive(Serialize)]
 struct Report {
     #[serde(flatten)]
@@ -71,7 +71,7 @@ struct TargetReport {
     flip: Flip,
 }
 
-/// Errors of a sequence, and of views FLIP, too.
+/// Errors of a sequence; for views, with FLIP.
 #[derive(Serialize)]
 struct SequenceReport {
     #[serde(flatten)]
@@ -83,7 +83,7 @@ struct SequenceReport {
 /// FLIP of a sequence of views.
 #[derive(Serialize)]
 struct SequenceFlip {
-    /// Over all frames.
+    /// Mean over all frames.
     mean: f64,
     /// The frame with the largest mean, by the name of its file.
     worst_frame: String,
@@ -119,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
 }
 
-/// Shows the mean of both pictures as middle grey.
+/// Value at which the mean of both pictures is shown: middle grey.
 const MIDDLE_GREY: f64 = 0.18;
 
 fn with_target(a: &Path, b: &Path, exposure: Option<f64>) -> Result<TargetReport> {

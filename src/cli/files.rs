@@ -27,8 +27,8 @@ pub struct MapFiles {
 }
 
 impl Files {
-    /// The pictures to be made. Finds out before the work whether the output has one of these
-    /// extensions and its folder can be written to.
+    /// The pictures to make. Checks before the work that the output has one of these extensions and that its
+    /// folder is writable.
     pub fn shots(&self, timeline: &Timeline, extensions: &[&str]) -> Result<Vec<Shot>> {
         if !extensions.iter().any(|e| has_extension(&self.output, e)) {
             let kinds = extensions.join(" or .");
@@ -45,7 +45,7 @@ impl Files {
 }
 
 impl MapFiles {
-    /// Index and texels of the receiver asked for, or of the only one.
+    /// Index and texels of the receiver that was asked for, or of the only one.
     pub fn find_receiver(&self, scene: &Scene) -> Result<(usize, [u32; 2])> {
         let receivers = scene.light_maps();
         let names: Vec<&str> = (receivers.iter())
@@ -72,10 +72,10 @@ impl MapFiles {
     }
 }
 
-/// Begins the comment of an EXR file with a view.
+/// Start of the comment in the EXR file of a view.
 const RADIANCE: &str = "radiance, W/m^2/sr; exposure_ev ";
 
-/// What the EXR file of a view says of itself: the unit, and the exposure that the scene's camera has.
+/// Comment in the EXR file of a view: the unit, and the exposure of the scene's camera.
 pub fn radiance_comment(exposure_ev: f64) -> String {
     format!("{RADIANCE}{exposure_ev}")
 }
@@ -90,18 +90,18 @@ pub fn exposure_of(comment: &str) -> Option<f64> {
         .filter(|exposure: &f64| exposure.is_finite())
 }
 
-/// A path in a report: what of it is not Unicode is shown as such.
+/// Serialises a path; bytes that are not Unicode become replacement characters.
 pub fn lossy<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())
 }
 
-/// Whether the file's name ends so, in letters of either case.
+/// Whether the file's name has the extension `wanted`, in either case.
 pub fn has_extension(path: &Path, wanted: &str) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-/// Makes a folder, and finds out before the work whether these files can be written there.
+/// Creates a folder, and checks before the work that these files can be written there.
 pub fn make_folder(folder: &Path, files: &[impl AsRef<Path>]) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
     (files.iter()).try_for_each(|file| check_writable(&folder.join(file)))

@@ -1,4 +1,4 @@
-//! What `render` and `bake` share: options of the renderer, stills and sequences, profiling,
+//! Code that `render` and `bake` share: options of the renderer, stills and sequences, profiling,
 //! reports.
 
 use super::files::{Files, lossy};
@@ -19,14 +19,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Frames of each kind that `--profile` times at most, and those before that it does not.
+/// Maximum number of frames of each kind that `--profile` times, and number of frames before them that it does not time.
 const FRAMES: usize = 50;
 const WARM_UP: usize = 5;
-/// Frames of each kind that are rendered even where they take longer than [`LONGEST`].
+/// Number of frames of each kind that are rendered even if they take longer than [`LONGEST`].
 const LEAST_FRAMES: usize = 3;
-/// After which no more frames of a kind are rendered.
+/// Time after which no more frames of a kind are rendered.
 const LONGEST: Duration = Duration::from_secs(10);
-/// Relative L1 error that `footprint` aims for.
+/// Relative L1 error that `footprint` aims for by default.
 const DEFAULT_ERROR: f32 = 0.02;
 
 #[derive(Args)]
@@ -39,11 +39,11 @@ pub struct GpuOptions {
     /// Number of patches to aim for (at least one for each lit triangle), or of points [default: 16384]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     samples: Option<u32>,
-    /// footprint: relative L1 error to aim for on flat receivers under suns and lamps [default: 0.02, without
+    /// footprint: relative L1 error to aim for on planar receivers under suns and lamps [default: 0.02, without
     /// --samples]
     #[arg(long, conflicts_with = "samples", value_parser = relative_error)]
     error: Option<f32>,
-    /// footprint: time that the update and the caustic of a frame may take, in ms. The error to aim for is chosen anew for
+    /// footprint: time that the update and the caustic of a frame may take, in ms. The error to aim for is chosen again for
     /// every frame. The first frame is repeated, at most 20 times, until the budget is met
     #[arg(long, value_name = "MS", conflicts_with_all = ["samples", "error"], value_parser = budget)]
     budget_ms: Option<Duration>,
@@ -75,7 +75,7 @@ pub struct GpuOptions {
     /// Run under the Vulkan validation layers; any message is an error
     #[arg(long)]
     validate: bool,
-    /// Time every pass over 50 frames after a warm-up, fewer where they take longer than 10 s, or over the frames of a sequence
+    /// Time every pass over 50 frames after a warm-up (fewer if they take longer than 10 s), or over the frames of a sequence
     #[arg(long)]
     profile: bool,
     /// Print the result as JSON
@@ -85,19 +85,21 @@ pub struct GpuOptions {
 
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL, Method::name, |method| match method {
-        Method::Footprint => "Patches are imaged to footprints, which are added up",
+        Method::Footprint => {
+            "Every patch projects the lights onto the receivers as splats, which are added up"
+        }
         Method::Pinhole => "Every texel gathers over all patches (Wand & Straßer 2003)",
-        Method::Points => "Low-discrepancy points, one texel each",
-        Method::Beams => "Patches are drawn as triangles between their corners' mirrored rays",
+        Method::Points => "Low-discrepancy points are traced to one texel each",
+        Method::Beams => "Patches are drawn as triangles between their corners' outgoing rays",
     })
 }
 
 fn area_parser() -> impl TypedValueParser<Value = Area> {
     one_of(Area::ALL, Area::name, |area| match area {
-        Area::True => "The area: the length of the sides' cross product",
+        Area::True => "The true area: the length of the sides' cross product",
         Area::Product => {
-            "The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`, \
-             as is widespread. Right only where they are at right angles"
+            "The product of the lengths of the derivatives by texel, `length(dFdx(x)) * length(dFdy(x))`: \
+             widespread, but correct only where the derivatives are perpendicular"
         }
     })
 }
@@ -134,29 +136,29 @@ fn not_negative(text: &str) -> Result<f32, String> {
     value.ok_or("give a number that is not negative".into())
 }
 
-/// What a command makes of a scene.
+/// The work of a command on a scene.
 pub trait Job {
-    /// Whether it is about caustics.
+    /// Whether it computes a caustic.
     fn has_caustic(&self) -> bool;
-    /// Device memory of a view; `None` for what is none.
+    /// Device memory of a view; `None` if the command renders no view.
     fn view_memory(&self, _renderer: &Renderer) -> Option<ViewMemory> {
         None
     }
     /// Renders a frame.
     fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()>;
-    /// What the last frame is.
+    /// Reads the result of the last frame.
     fn read(&self, renderer: &Renderer) -> Result<RgbImage>;
-    /// Writes it, whole or not at all.
+    /// Writes the result completely or not at all.
     fn write(&self, file: &Path, scene: &Scene, image: &RgbImage) -> Result<()>;
 }
 
 /// A scene on a device.
 pub struct Session {
-    // Dropped in this order, so that complaints about dropping are heard.
+    // Dropped in this order, so that validation messages about dropping are seen.
     pub renderer: Renderer,
     pub context: Arc<Context>,
     complaints: Complaints,
-    /// At the time that is shown.
+    /// The scene at the time that is rendered.
     pub scene: Scene,
     animation: Animation,
     lightmap: Option<LightMapSize>,
@@ -174,16 +176,16 @@ fn scene_at(animation: &Animation, time: f64, lightmap: Option<LightMapSize>) ->
 }
 
 impl Session {
-    /// Goes to another time.
+    /// Updates the renderer to another time.
     fn show(&mut self, time: f64) -> Result<()> {
         self.scene = scene_at(&self.animation, time, self.lightmap);
         self.renderer.update(&self.scene)
     }
 
-    /// Gives the device back.
+    /// Closes the device.
     ///
     /// # Errors
-    /// [`Error::Validation`] where the validation layers said anything from first to last.
+    /// [`Error::Validation`] if there was any validation message since the device was opened.
     pub fn finish(self) -> Result<()> {
         drop(self.renderer);
         drop(self.context);
@@ -191,11 +193,11 @@ impl Session {
     }
 }
 
-/// What the validation layers say. A command that fails on something else still prints it.
+/// Messages of the validation layers. A command that fails for another reason still prints them.
 struct Complaints(Arc<Messages>);
 
 impl Complaints {
-    /// [`Error::Validation`] where there are any.
+    /// [`Error::Validation`] if there are any.
     fn check(&self) -> Result<()> {
         let messages = self.0.take();
         match messages.first() {
@@ -216,7 +218,7 @@ impl Drop for Complaints {
     }
 }
 
-/// What every report of a rendering says.
+/// Report of a rendering.
 #[derive(Serialize)]
 pub struct Report {
     #[serde(serialize_with = "lossy")]
@@ -224,24 +226,24 @@ pub struct Report {
     pub device: DeviceInfo,
     /// `None` without a caustic.
     pub caustic: Option<CausticReport>,
-    /// Wall time of a frame without profiling, s; in a sequence with the update before it.
+    /// Wall time of a frame without profiling, s; in a sequence, with the update before it.
     pub frame: Spread,
-    /// Whether `frame` is the first one, which includes what drivers put off.
+    /// Whether `frame` is the first frame, which includes work that drivers defer.
     pub is_first: bool,
-    /// With `--profile`, of a view: wall time of a frame in which only the camera moved, s.
+    /// With `--profile`, for a view: wall time of a frame in which only the camera moved, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera: Option<Spread>,
-    /// Of a view: device memory, bytes.
+    /// For a view: device memory, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_memory: Option<ViewMemory>,
-    /// Of a sequence: wall time to go from one frame to the next, s.
+    /// For a sequence: wall time of the update from one frame to the next, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub update: Option<Spread>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub passes: Option<Vec<PassProfile>>,
-    /// Of the frames that were timed: most in one, and the longest.
+    /// Largest number of submissions in a timed frame, and time of the longest submission.
     pub submissions: Submissions,
-    /// Of a sequence.
+    /// For a sequence: its frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<Vec<FrameReport>>,
 }
@@ -250,7 +252,7 @@ pub struct Report {
 pub struct FrameReport {
     #[serde(serialize_with = "lossy")]
     pub file: PathBuf,
-    /// In the scene, s.
+    /// Time in the scene, s.
     pub time: f64,
     /// Wall time of the frame and the update before it, s.
     pub seconds: f64,
@@ -261,18 +263,18 @@ pub struct FrameReport {
 #[derive(Serialize)]
 pub struct CausticReport {
     pub method: Method,
-    /// Patches or points.
+    /// Number of patches or points.
     pub samples: u32,
-    /// Patches that throw light on a receiver, counted once a sun.
+    /// Number of patches that send light to a receiver, counted once for each sun or lamp.
     pub lit: Option<u32>,
-    /// Estimated relative L1 error of the receiver where it is largest; `None` where it is not estimated.
+    /// Estimated relative L1 error of the receiver where it is largest; `None` if it is not estimated.
     pub estimated_error: Option<f32>,
     /// Whether there may be light that met several mirrors or interfaces, which the estimate leaves out.
     pub may_chain: bool,
     /// Whether the environment casts caustics, as its scene file says; absent without an environment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_caustics: Option<bool>,
-    /// Of the last frames, with `--budget-ms`: median time of the caustic, update included, s.
+    /// With `--budget-ms`: median time of update and caustic over the last frames, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budgeted: Option<f64>,
 }
@@ -333,7 +335,7 @@ impl GpuOptions {
         }
     }
 
-    /// Does the work, writes its pictures, and prints a report.
+    /// Renders, writes the pictures, and prints a report.
     pub fn execute(
         &self,
         session: Session,
@@ -436,7 +438,7 @@ impl GpuOptions {
         Ok(report)
     }
 
-    /// What was computed in the last frame.
+    /// Describes the caustic of the last frame.
     fn caustic_report(
         &self,
         Session {
@@ -460,11 +462,11 @@ impl GpuOptions {
         }))
     }
 
-    /// Renders once, or as often as `--profile` asks for, and writes the picture if nothing is
-    /// wrong with it.
+    /// Renders once, or as often as `--profile` asks for, and writes the picture if there was no validation
+    /// message.
     fn still(&self, mut session: Session, file: &Path, job: &impl Job) -> Result<Report> {
         session.renderer.watch(Some(watcher(!self.profile)));
-        // The first frame pays for what drivers put off; it is timed only where it is the only one.
+        // The first frame includes work that drivers defer; its time is reported only if it is the only one.
         let first = seconds(|| job.render(&mut session.renderer, &session.scene))?;
         if job.has_caustic() {
             session.renderer.settle()?;
@@ -529,7 +531,7 @@ fn seconds(frame: impl FnOnce() -> Result<()>) -> Result<f64> {
     Ok(start.elapsed().as_secs_f64())
 }
 
-/// The results of `most` frames, or of fewer where these take longer than [`LONGEST`].
+/// The results of `most` frames, or of fewer if these take longer than [`LONGEST`].
 fn repeat<T>(most: usize, mut frame: impl FnMut() -> Result<T>) -> Result<Vec<T>> {
     let bar = progress_bar(most as u64);
     let start = Instant::now();
@@ -559,7 +561,7 @@ fn times_of_passes(
 }
 
 impl Report {
-    /// For a person.
+    /// The report as text.
     fn text(&self) -> String {
         let device = &self.device;
         let frames = self

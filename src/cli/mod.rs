@@ -1,4 +1,4 @@
-//! One file a subcommand. Results go to stdout, progress and the log to stderr.
+//! One file per subcommand. Results go to stdout, progress and the log to stderr.
 
 mod bake;
 mod chart;
@@ -49,7 +49,7 @@ enum Command {
 }
 
 impl Cli {
-    /// Does what the command line asks for.
+    /// Runs the command.
     pub fn run(self) -> Result<()> {
         match self.command {
             Command::View(arguments) => view::run(&arguments),
@@ -65,7 +65,7 @@ impl Cli {
     }
 }
 
-/// What the log says of an error: the library does not know the commands.
+/// Text of an error in the log. It may name commands, which the library does not know.
 pub fn message(error: &Error) -> String {
     match error {
         Error::NoDevice { .. } => format!("{error}; `nephroid devices` lists what is found"),
@@ -74,7 +74,7 @@ pub fn message(error: &Error) -> String {
     }
 }
 
-/// Exit code of a command that failed; those of a signal depend on which one it was.
+/// Exit code of a command that failed. After a signal it depends on the signal.
 pub fn exit_code(error: &Error) -> u8 {
     match error {
         Error::Validation { .. } => 1,

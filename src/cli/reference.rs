@@ -51,7 +51,7 @@ pub struct Arguments {
     /// Seed of the random points; the same seed gives the same bits
     #[arg(long, default_value_t = Options::default().seed)]
     seed: u32,
-    /// Neither read the reference from the cache nor keep it there
+    /// Neither read the reference from the cache nor store it there
     #[arg(long)]
     no_cache: bool,
     /// Print the summary as JSON
@@ -59,10 +59,10 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What is computed.
+/// The quantity to compute.
 #[derive(Clone, Copy)]
 enum Subject {
-    /// Of the object with this number.
+    /// The light map of the object with this index.
     LightMap {
         receiver: usize,
         texels: [u32; 2],
@@ -72,24 +72,24 @@ enum Subject {
     },
 }
 
-/// What is printed at the end.
+/// The summary that is printed at the end.
 #[derive(Default, Serialize)]
 struct Summary {
     #[serde(serialize_with = "lossy")]
     file: PathBuf,
-    /// Of a light map.
+    /// For a light map: name of the receiver.
     #[serde(skip_serializing_if = "Option::is_none")]
     receiver: Option<String>,
     width: u32,
     height: u32,
     relative_error: f64,
     samples: u64,
-    /// Whether an earlier run had computed it.
+    /// Whether it comes from the cache of an earlier run.
     from_cache: bool,
-    /// Of a light map, W.
+    /// For a light map: flux in red, green and blue, W.
     #[serde(skip_serializing_if = "Option::is_none")]
     received_flux: Option<[f64; 3]>,
-    /// Of a view.
+    /// For a view: exposure, EV.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure_ev: Option<f64>,
     seconds: f64,
@@ -135,11 +135,11 @@ impl Arguments {
     }
 }
 
-/// A light map or a view, as it is written.
+/// A light map or a view, ready to be written.
 struct Made {
     image: RgbImage,
     standard_error: Vec<[f32; 3]>,
-    /// Of the values, for the file.
+    /// Comment of the file: quantity and unit of the values.
     comment: String,
     summary: Summary,
     warnings: Vec<String>,
@@ -276,7 +276,7 @@ fn picture(exposure_ev: f64, cached: Cached<View>) -> Made {
 }
 
 impl Summary {
-    /// For a person.
+    /// Prints it as text.
     fn print(&self) -> Result<()> {
         let how = match self.from_cache {
             true => ", of an earlier run".into(),
@@ -303,7 +303,7 @@ fn to_f32(map: &Map) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// Steps of the bar.
+/// Steps of the progress bar.
 const BAR: f64 = 1000.0;
 
 fn show(bar: &ProgressBar, progress: &Progress) {

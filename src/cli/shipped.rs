@@ -3,7 +3,7 @@
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// Where they lie.
+/// Folder of the scenes.
 pub const FOLDER: &str = "assets/scenes";
 
 /// All of them, in the order of their names.
@@ -23,7 +23,7 @@ pub fn all() -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Those with these names.
+/// The files of the scenes with these names.
 ///
 /// # Errors
 /// [`Error::Usage`] outside of the source tree.

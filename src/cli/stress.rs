@@ -98,10 +98,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     summarise(&report, folder)
 }
 
-/// In `--only`: error targets on the shipped scenes and on random ones.
+/// Name in `--only` for the error targets on the shipped scenes and on random ones.
 const TARGETS_NAME: &str = "targets";
 
-/// The receivers of the shipped scenes, where they are, and of the random ones.
+/// The receivers of the shipped scenes, if these are found, and of the random scenes.
 fn subjects() -> Result<Vec<Subject>> {
     let mut subjects = Vec::new();
     match shipped::all() {

@@ -1,4 +1,4 @@
-//! What goes to the terminal: results to stdout, progress and the log to stderr.
+//! Output on the terminal: results to stdout, progress and the log to stderr.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use nephroid::Result;
@@ -64,7 +64,7 @@ pub fn log(kind: &str, text: &str) {
     let _ = writeln!(std::io::stderr(), "{kind}: {}", escaped(text));
 }
 
-/// At most so many lines of a kind, and then how many more there are.
+/// Logs the first lines of a kind, and the number of further ones.
 pub fn log_some(kind: &str, lines: &[String]) {
     const MOST: usize = 8;
     let shown = if lines.len() > MOST + 1 {

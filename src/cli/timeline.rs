@@ -1,4 +1,4 @@
-//! Which times a command renders, and the file of each.
+//! The times that a command renders, and the file of each.
 
 use super::terminal::progress_bar;
 use clap::Args;
@@ -36,7 +36,7 @@ fn rate(text: &str) -> Result<f64, String> {
     value.ok_or("give frames a second, 0.001 to 1000000".into())
 }
 
-/// First and last.
+/// First and last frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Frames(u32, u32);
 
@@ -64,12 +64,12 @@ pub struct Shot {
 }
 
 impl Timeline {
-    /// Whether it asks for numbered frames.
+    /// Whether a sequence of numbered frames was asked for.
     pub fn is_sequence(&self) -> bool {
         self.frames.is_some()
     }
 
-    /// At least one, in the order of time.
+    /// The pictures to make, at least one, in the order of time.
     pub fn shots(&self, output: &Path) -> Vec<Shot> {
         let Some(Frames(first, last)) = self.frames else {
             return vec![Shot {
@@ -98,11 +98,11 @@ pub fn numbered(output: &Path, number: &str) -> PathBuf {
     output.with_file_name(name)
 }
 
-/// Makes the frames of a sequence one after the other, those after one that fails, too.
+/// Makes the frames of a sequence one after the other. A frame that fails does not stop the others.
 ///
 /// # Errors
-/// [`Error::Frames`] where some failed, and what was wrong where all did; [`Error::Cancelled`] and
-/// [`Error::Validation`] at once.
+/// [`Error::Frames`] if some frames failed, and the first error if all failed. [`Error::Cancelled`] and
+/// [`Error::Validation`] end the sequence at once.
 pub fn each_frame<T>(
     shots: &[Shot],
     cancel: &AtomicBool,

@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Method that computes the caustic
     #[arg(long, value_parser = method_parser(), default_value = Settings::default().method.name())]
     method: Method,
-    /// footprint: relative L1 error to aim for on flat receivers under suns and lamps [default: 0.02]
+    /// footprint: relative L1 error to aim for on planar receivers under suns and lamps [default: 0.02]
     #[arg(long, value_parser = relative_error, conflicts_with_all = ["samples", "budget_ms"])]
     error: Option<f32>,
     /// Number of patches to aim for, or of points

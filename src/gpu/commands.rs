@@ -14,7 +14,7 @@ impl Recorder {
     fn device(&self) -> &Device {
         assert!(
             self.recording,
-            "after an error from `submit`, record within a `pass`, which can begin anew"
+            "after an error from `submit`, record within a `pass`, which can begin again"
         );
         &self.context.device
     }

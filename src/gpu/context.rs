@@ -53,7 +53,7 @@ impl Context {
     /// [`Error::Host`] where the device lacks what [`Context::requirements`] names.
     ///
     /// # Safety
-    /// The handles are valid and belong together, `features` and `api_version` are what instance and device were made
+    /// The handles are valid and belong together, `features` and `api_version` are those that instance and device were created
     /// with, and instance and device outlive the context and everything that was made with it. The context and what
     /// was made with it are dropped only when the device does no more work of theirs.
     pub unsafe fn from_raw(external: External) -> Result<Arc<Self>> {
@@ -61,7 +61,7 @@ impl Context {
         Self::with_parts(instance, opened, None, allocator)
     }
 
-    /// What a device must have, as data for hosts that make their own.
+    /// Requirements on a device, as data for hosts that create their own.
     pub fn requirements() -> Requirements {
         Requirements::default()
     }

@@ -255,7 +255,7 @@ pub struct Opened {
     pub physical: vk::PhysicalDevice,
     pub info: DeviceInfo,
     pub queue_family: u32,
-    /// Of a timestamp; 0 where the queue has none.
+    /// Valid bits of a timestamp; 0 if the queue has none.
     pub timestamp_bits: u32,
     pub properties: vk::PhysicalDeviceProperties,
 }

@@ -20,7 +20,7 @@ pub struct External {
     pub api_version: u32,
     /// The features that the device was made with.
     pub features: vk::PhysicalDeviceVulkan13Features<'static>,
-    /// For all memory; else an allocator of its own.
+    /// Allocator for all memory; `None`: the context creates its own.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
 }
 

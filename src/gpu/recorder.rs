@@ -46,9 +46,9 @@ impl Submissions {
 /// How far a long piece of work has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Progress {
-    /// What is being done, as in `shade`.
+    /// Name of the work, such as `shade`.
     pub work: &'static str,
-    /// Of it, 0 to 1.
+    /// Share of the work that is done, 0 to 1.
     pub done: f64,
 }
 
@@ -58,7 +58,7 @@ pub type Watcher = Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>;
 /// A command buffer that is being recorded: one of ours, with the fence that [`Recorder::submit`] waits for, or a
 /// host's, which the host submits.
 ///
-/// After a failed submission ours begins anew, without what was recorded.
+/// After a failed submission ours begins again, without what was recorded.
 pub struct Recorder {
     pub(super) context: Arc<Context>,
     /// Null for a host's command buffers.
@@ -283,7 +283,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Submits what was recorded, waits for it, and begins anew.
+    /// Submits what was recorded, waits for it, and begins again.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails or is lost, or something recorded is beyond its

@@ -1,19 +1,19 @@
-//! What a device must have.
+//! Requirements on a device.
 
 use super::image::Image;
 use ash::vk;
 use std::ffi::CStr;
 
-/// What a device must have. A host enables it when it makes its device; [`super::Context::new`] does so itself.
+/// Requirements on a device. A host enables them when it creates its device; [`super::Context::new`] does so itself.
 #[derive(Debug, Clone, Copy)]
 pub struct Requirements {
-    /// Of instance and device, at least.
+    /// Minimum API version of instance and device.
     pub api_version: u32,
-    /// Those that are true must be enabled.
+    /// Features that are true here must be enabled.
     pub features: vk::PhysicalDeviceVulkan13Features<'static>,
     /// Names of device extensions: none at present.
     pub extensions: &'static [&'static CStr],
-    /// Of the queue's family.
+    /// Capabilities that the queue's family must have.
     pub queue_flags: vk::QueueFlags,
     /// Format of the light maps. Its images must be blended into, stored to, and sampled linearly.
     pub light_map_format: vk::Format,

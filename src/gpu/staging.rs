@@ -1,4 +1,4 @@
-//! Host memory by way of which buffers and images are filled.
+//! Host memory from which buffers and images are filled.
 
 use super::image::{TEXEL_BYTES, image_copy};
 use super::memory::Buffer;
@@ -25,7 +25,7 @@ enum Copy {
     Barrier,
 }
 
-/// Host memory by way of which buffers and images are filled. It has a slot for each frame in flight, since the
+/// Host memory from which buffers and images are filled. It has a slot for each frame in flight, since the
 /// device may still read what earlier frames wrote.
 pub struct Staging {
     context: Arc<Context>,

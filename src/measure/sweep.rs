@@ -346,7 +346,7 @@ pub fn sweep(
     };
     if reference.received_flux.iter().sum::<f64>() <= 0.0 {
         return Err(useless(format!(
-            "no mirror throws light on `{receiver_name}`"
+            "no mirror sends light to `{receiver_name}`"
         )));
     }
     let mut curves: Vec<Curve> = Method::ALL.into_iter().flat_map(curves).collect();
@@ -462,7 +462,7 @@ pub fn sweep(
     Ok(charts)
 }
 
-/// The light that a method does not throw.
+/// The light whose caustic a method leaves out.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Missing {
     All,
@@ -731,7 +731,7 @@ fn verdicts(
     let why_slow = "a frame takes too long";
     for (labels, why) in [
         (slow.as_slice(), why_slow),
-        (dark, "they throw no light from environments"),
+        (dark, "they leave out the light of environments"),
     ] {
         if !labels.is_empty() {
             verdicts.push(format!("Left out, as {why}: {}.", labels.join("; ")));
@@ -772,7 +772,7 @@ fn verdict(
     let reason = if !best.above_floor {
         format!("the reference is good to {} only", percent(truth.error))
     } else if lacks_light {
-        "it throws no light from environments".into()
+        "it leaves out the light of environments".into()
     } else if stuck {
         curve.floor.into()
     } else {

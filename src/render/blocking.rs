@@ -1,4 +1,4 @@
-//! The blocking calls: they submit what [`Renderer::record`] leaves to hosts, and read the results.
+//! The blocking calls: they record the same passes as [`Renderer::record`], submit them, and read the results.
 
 use crate::error::{Error, Result};
 use crate::gpu::Image;
@@ -21,7 +21,7 @@ impl Renderer {
     /// Renders the caustic into the light maps and waits for it.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device fails, [`Error::Cancelled`] where the watcher says so, [`Error::Host`] on the
+    /// [`Error::Device`] if the device fails, [`Error::Cancelled`] if the watcher stops the work, [`Error::Host`] on the
     /// device of a host.
     pub fn caustic(&mut self) -> Result<()> {
         if std::mem::take(&mut self.grows) {
@@ -113,8 +113,8 @@ impl Renderer {
     }
 
     /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
-    /// `side`² samples each, as linear radiance. Waits for it. Where only the camera differs from the last frame, caustic and
-    /// direct light are those of the last frame.
+    /// `side`² samples per pixel, as linear radiance. Waits for it. If only the camera differs from the last frame, the caustic and
+    /// the direct light are kept.
     ///
     /// # Errors
     /// As [`Renderer::caustic`].

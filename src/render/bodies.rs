@@ -3,7 +3,7 @@
 use crate::scene::{Geometry, MaterialKind, Object, Scene, is_closed};
 use glam::DVec3;
 
-/// Of the size of the body: less overlap is contact.
+/// Smallest overlap over the size of the body; less is contact.
 const CONTACT: f64 = 1e-6;
 
 pub struct Bodies {

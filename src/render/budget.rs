@@ -26,13 +26,13 @@ const POWER: f64 = 0.7;
 pub struct FrameBudget {
     seconds: f64,
     error: f32,
-    /// Of the last frames: time in s, and estimated error.
+    /// Time in s and estimated error of each of the last frames.
     last: VecDeque<(f64, f64)>,
     is_met: bool,
 }
 
 impl FrameBudget {
-    /// For frames of `time`.
+    /// A budget of `time` per frame.
     pub fn new(time: Duration) -> Self {
         Self {
             seconds: time.as_secs_f64(),
@@ -57,13 +57,13 @@ impl FrameBudget {
         Duration::from_secs_f64(self.median(|(seconds, _)| seconds))
     }
 
-    /// Whether so much time is left that larger buffers pay.
+    /// Whether enough time is left for larger buffers to pay off.
     pub(super) fn has_time_for_more(&self) -> bool {
         self.median(|(seconds, _)| seconds) < 0.7 * self.seconds
     }
 
-    /// Takes the time of a frame, and the error that was estimated for it. That differs from the error aimed for where the
-    /// method can do no better or no worse.
+    /// Adds the time of a frame and the error that was estimated for it. The estimate differs from the error aimed for if the
+    /// method cannot do better or worse.
     pub fn add(&mut self, time: Duration, estimated: f32) {
         let (seconds, aim) = (time.as_secs_f64(), AIM * self.seconds);
         if estimated <= 0.0 {

@@ -49,7 +49,7 @@ pub fn sentences(device: &DeviceScene, with_environment: bool) -> Vec<String> {
     let sentence = |(index, object): (usize, &crate::scene::Object)| {
         let reason = best(device, &lights, with_environment, index).reason()?;
         let name = object.name.escape_debug();
-        Some(format!("object \"{name}\" throws no caustic: {reason}"))
+        Some(format!("object \"{name}\" casts no caustic: {reason}"))
     };
     scene.specular_objects().filter_map(sentence).collect()
 }

@@ -5,14 +5,15 @@
 //!        ─► pilot ─► trace ─► number ─► emit ─► … ─► finish ─► splat ─► resolve      chains: light of several surfaces
 //!        ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate               mesh receivers, environments
 //! ```
-//! The casters' triangles are facets. facet flux finds the light that each sends to the receivers; by it, facets are counted
-//! into patches, the paper's sample points, and their corners are traced. Each patch is a pinhole camera: project computes
-//! the image of a light on a receiver, in as many splats as it needs, and splat adds them to the light maps, wide ones to
-//! coarser levels, which resolve adds up. Chains are light that meets several specular surfaces: pilot finds how many rays
+//! The casters' triangles are facets. facet flux computes the light that each facet sends to the receivers. By this flux, count
+//! divides facets into patches, the paper's sample points, and trace tests the visibility of their corners. Each patch is a
+//! pinhole camera: project computes the image of a light on a receiver, in as many splats as it needs. splat adds the splats
+//! to the light maps, wide ones to coarser levels, which resolve adds to the finer ones. Chains are light that meets several specular surfaces: pilot finds how many rays
 //! they need, trace follows a wave of rays to the next surface, emit writes the next wave and the splats, and finish follows
-//! the rays that are left to their end. Patches of even size light meshes, and rects under environments: sample makes them,
-//! and compact lists their splats. The method `pinhole` gathers over these patches at every texel instead, as the paper
-//! does, and `points` splats single texels. view/frame.rs goes on with direct light and the camera's picture.
+//! the remaining rays to their end. For suns and lamps on mesh receivers, sample makes patches of even size; environment cells
+//! are projected by patch clusters. compact lists the splats of both. The method `pinhole` gathers over the patches of sample
+//! at every texel instead, as the paper does, and `points` splats single texels. view/frame.rs continues with direct light and
+//! the camera's picture.
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
@@ -228,7 +229,7 @@ fn splat(
     Ok(())
 }
 
-/// Between two computations, of which the second may be as large as the first one says.
+/// The barrier between two compute passes, of which the first may write the size of the second.
 fn next(recorder: &mut Recorder) {
     recorder.barrier(
         Access::COMPUTE_WRITE,
@@ -236,7 +237,7 @@ fn next(recorder: &mut Recorder) {
     );
 }
 
-/// After a draw of splats that computations list.
+/// The barrier after a draw of a splat list that compute passes write.
 fn after_draw(recorder: &mut Recorder) {
     recorder.barrier(
         Access::BLEND.and(LIST_READ),

@@ -1,4 +1,4 @@
-//! What a host says and gets in a frame.
+//! The input and output of a host's frame.
 
 use crate::gpu::Image;
 use crate::render::device_scene::DeviceScene;
@@ -9,19 +9,19 @@ use ash::vk;
 /// The contents of a frame.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
-    /// The present scene. Positions, sizes, directions and colours may differ from the last frame; the structure may
-    /// not.
+    /// The scene at the time of the frame. Positions, sizes, directions and colours may differ from the last frame; the
+    /// structure may not.
     pub scene: &'a Scene,
-    /// Whether to compute the direct light of all lights into [`Output::direct_map`], where the scene changed.
+    /// Whether to compute the direct light of all lights into [`Output::direct_map`]. An unchanged scene keeps its map.
     pub direct: bool,
-    /// The picture to compute into [`Output::view`], of the scene's camera. It needs the direct light.
+    /// The picture of the scene's camera to compute into [`Output::view`]. It implies `direct`.
     pub view: Option<ViewFrame>,
 }
 
-/// A picture.
+/// Size and sampling of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ViewFrame {
-    /// Pixels. A frame of another size than the last one allocates.
+    /// Width and height, pixels. A frame of another size than the last one allocates.
     pub size: [u32; 2],
     /// Square root of the number of samples per pixel, 1 or more.
     pub antialias: u32,
@@ -49,7 +49,7 @@ pub struct MapImage {
     pub view: vk::ImageView,
     /// The renderer leaves the image in this layout and expects it in this layout.
     pub layout: vk::ImageLayout,
-    /// Texels.
+    /// Width and height, texels.
     pub size: [u32; 2],
 }
 
@@ -58,16 +58,16 @@ pub struct MapImage {
 pub struct ReceiverTile {
     /// Index into [`Scene::objects`].
     pub object: usize,
-    /// In the light map.
+    /// Its tile of the light map.
     pub light: MapTile,
-    /// In the direct map.
+    /// Its tile of the direct map.
     pub direct: MapTile,
 }
 
 /// A tile of a map.
 #[derive(Debug, Clone, Copy)]
 pub struct MapTile {
-    /// Top left texel, and size in texels.
+    /// Top left texel, and width and height, texels.
     pub origin: [u32; 2],
     pub size: [u32; 2],
     /// Transform to the coordinates of the map, `uv * scale + offset`. uv are a rectangle's coordinates (u along

@@ -55,15 +55,15 @@ use std::time::{Duration, Instant};
 /// Device memory of a view, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct ViewMemory {
-    /// Of direct light on all diffuse surfaces.
+    /// Maps of direct light on all diffuse surfaces, bytes.
     pub maps: u64,
-    /// Of albedo maps and texture coordinates.
+    /// Albedo maps and texture coordinates, bytes.
     pub textures: u64,
-    /// Of the picture, with the visible triangles at its samples.
+    /// The picture and the visible triangles at its samples, bytes.
     pub picture: u64,
 }
 
-/// What frames in flight may still use, with the number of frames that it must be kept.
+/// Stages that frames in flight may still use, with the number of frames for which they must be kept.
 type Retired = (u32, Option<Caustic>, Option<View>);
 
 /// A scene on a device, ready to be rendered repeatedly.
@@ -82,14 +82,14 @@ pub struct Renderer {
     retired: VecDeque<Retired>,
     /// Whether a caustic was recorded, so that its counts are defined.
     has_caustic: bool,
-    /// Whether the light maps show the scene as it is. Then no caustic is computed.
+    /// Whether the light maps show the current scene. If so, no caustic is computed.
     is_current: bool,
-    /// Whether the direct maps do.
+    /// Whether the direct maps show the current scene.
     is_direct_current: bool,
     budget: Option<FrameBudget>,
     /// Whether the next caustic begins with larger buffers.
     grows: bool,
-    /// Of the last update, until a caustic was rendered.
+    /// Time of the last update; reset when a caustic has been rendered.
     update_time: Duration,
 }
 
@@ -98,8 +98,7 @@ impl Renderer {
     /// is submitted.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the scene has nothing to render, [`Error::Device`] where the device
-    /// fails.
+    /// [`Error::Usage`] if the scene has nothing to render, [`Error::Device`] if the device fails.
     pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
         let budget = settings.budget.map(FrameBudget::new);
         let settings = Settings {
@@ -147,18 +146,19 @@ impl Renderer {
         })
     }
 
-    /// Records a frame into a command buffer of the host, without submission, waiting or reading back. Changes of the
-    /// scene are copied first; an unchanged scene costs no copy.
+    /// Records a frame into a command buffer of the host. It submits nothing, waits for nothing and reads nothing back. The
+    /// frame first copies the changes of the scene; an unchanged scene costs no copy.
     ///
     /// # Errors
-    /// As [`Renderer::update`], before anything is recorded, and [`Error::Host`] where the context is not that of a host
-    /// or the command buffer is null. [`Error::Device`] where the work is beyond the device's limits: the host must not
-    /// submit what was recorded.
+    /// The errors of [`Renderer::update`], before anything is recorded. [`Error::Host`] if the context is not that of a host
+    /// or the command buffer is null. [`Error::Device`] if the work exceeds the device's limits; the host must then not
+    /// submit the command buffer.
     ///
     /// # Safety
-    /// `commands` is recording, outside of rendering, from a pool of the context's queue family; it is submitted
-    /// once, after those of earlier frames and to the same queue. At most
-    /// [`Settings::frames_in_flight`] frames are in flight: the frame so many before this one has been waited for.
+    /// `commands` is in the recording state, outside a render pass, and comes from a pool of the context's queue family. It is
+    /// submitted once, to the same queue as the command buffers of earlier frames and after them. At most
+    /// [`Settings::frames_in_flight`] frames are in flight: the host has waited for the frame that many frames before this
+    /// one.
     pub unsafe fn record(
         &mut self,
         commands: vk::CommandBuffer,
@@ -220,16 +220,16 @@ impl Renderer {
         }
     }
 
-    /// Applies the changes of `scene` since the last frame to the next [`Renderer::caustic`], [`Renderer::view`] or
-    /// [`Renderer::record`]. Only changes are copied, and no pipeline is compiled again.
+    /// Finds what changed in `scene` since the last frame. The next [`Renderer::caustic`], [`Renderer::view`] or
+    /// [`Renderer::record`] uses the changed scene. Only changes are copied, and no pipeline is compiled again.
     ///
     /// The subdivision of each triangle is fixed when the renderer is made, which avoids flicker. The number of patches
     /// depends on the number of lit triangles.
     ///
     /// # Errors
-    /// [`Error::Usage`] where `scene` has other objects, shapes, kinds of material or lights, or
-    /// light maps of other sizes, or too many patches; [`Error::Device`] where the device fails. What
-    /// is shown before another update succeeds is then undefined.
+    /// [`Error::Usage`] if `scene` has other objects, shapes, kinds of material or lights, or
+    /// light maps of other sizes, or too many patches; [`Error::Device`] if the device fails. After an error, the maps
+    /// are undefined until an update succeeds.
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
         let start = Instant::now();
         let capacity = self.scene.casters.patch_capacity;
@@ -252,7 +252,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Notes for the user: what is omitted, and why.
+    /// Notes for the user: light that is left out, and the reason.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if !self.scene.geometry.can_occlude {
@@ -263,7 +263,7 @@ impl Renderer {
         let environment_counts =
             matches!(self.settings.method, Method::Footprint | Method::Pinhole);
         if self.scene.environment.casts_caustics && !environment_counts {
-            let note = "the environment throws no caustic, and water lets none of it through: the \
+            let note = "the environment casts no caustic, and water lets none of it through: the \
                  methods footprint and pinhole do that";
             notes.push(note.into());
         } else if self.scene.scene.specular_objects().next().is_none() {
@@ -286,13 +286,13 @@ impl Renderer {
             }
         }
         if self.settings.budget.is_some() && self.budget.is_none() {
-            let note = "the time is not held: only suns and lamps on flat receivers take less time at a larger error";
+            let note = "the time is not held: only suns and lamps on planar receivers take less time at a larger error";
             notes.push(note.into());
         }
         if self.caustic.has_even_patches() {
             notes.extend(self.scene.casters.note(self.settings.samples));
         }
-        // Behind its first surface light may go on by way of any other.
+        // Light may continue from its first surface to any other.
         if !self.may_chain() {
             notes.extend(diagnostics::sentences(&self.scene, environment_counts));
         }
@@ -300,7 +300,7 @@ impl Renderer {
     }
 
     /// Number of patches or points of the last [`Renderer::caustic`], including the environment's patch clusters. Patches
-    /// that follow the flux are counted from the first one on.
+    /// that follow the flux are counted only after the first caustic.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -320,9 +320,9 @@ impl Renderer {
         }
     }
 
-    /// Estimated relative L1 error of the caustic on the receiver where it is largest, of the last [`Renderer::caustic`].
-    /// `None` without an error to aim for, under an environment, or if a receiver is a mesh. Of light that met one mirror or
-    /// interface only: see [`Renderer::may_chain`].
+    /// Estimated relative L1 error of the last [`Renderer::caustic`], on the receiver where it is largest. `None` without an
+    /// error to aim for, under an environment, or if a receiver is a mesh. The estimate covers light that met one mirror or
+    /// interface only; see [`Renderer::may_chain`].
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -338,7 +338,7 @@ impl Renderer {
         self.scene.lattices.may_chain
     }
 
-    /// Has the next frame compute its caustic and its direct light although the scene is unchanged, for measurements.
+    /// Makes the next frame compute its caustic and its direct light even if the scene is unchanged, for measurements.
     pub fn invalidate(&mut self) {
         self.is_current = false;
         self.is_direct_current = false;
@@ -349,8 +349,8 @@ impl Renderer {
         self.recorder.wait_each_pass(wait);
     }
 
-    /// Times the passes of a host's frames from now on, or no longer. [`Renderer::take_times`] then returns those of the frame
-    /// before the ones in flight. Timestamps between passes cost time on some devices.
+    /// Starts or stops timing the passes of a host's frames. [`Renderer::take_times`] then returns the times of the latest frame
+    /// that is no longer in flight. Timestamps between passes cost time on some devices.
     pub fn time_passes(&mut self, on: bool) {
         let frames = if on {
             self.settings.frames_in_flight.max(1)
@@ -360,22 +360,23 @@ impl Renderer {
         self.recorder.time_frames(frames);
     }
 
-    /// Times of the passes of the last frame.
+    /// Returns the times of the passes of the last frame.
     pub fn take_times(&mut self) -> Vec<PassTime> {
         self.recorder.take_times()
     }
 
-    /// Submissions of the last frame. A submission that would run long on this device is split.
+    /// Number of submissions of the last frame, and the time of the longest. A submission that would run long on this device is
+    /// split.
     pub fn submissions(&self) -> Submissions {
         self.recorder.submissions()
     }
 
-    /// Calls `watcher` after every submission from now on, so that long work can be shown and cancelled.
+    /// Calls `watcher` after every submission from now on, so that the caller can show the progress of long work and cancel it.
     pub fn watch(&mut self, watcher: Option<Watcher>) {
         self.recorder.watch(watcher);
     }
 
-    /// The stages, bound to the buffers of the scene as it is.
+    /// The stages, bound to the scene's current buffers.
     fn bind_stages(&mut self) -> Result<Caustic> {
         let (context, light_map) = (&self.context, &self.light_map);
         stages::caustic(context, &mut self.scene, light_map, &self.settings)
@@ -409,7 +410,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Makes the images of a view of `size` pixels with `side`² samples each, unless they exist.
+    /// Creates the images of a view of `size` pixels with `side`² samples per pixel, unless they exist.
     fn prepare_view(&mut self, size: [u32; 2], side: u32) -> Result<()> {
         let is_same = |view: &View| view.size() == size && view.side == side;
         if !self.view.as_ref().is_some_and(is_same) {
@@ -429,7 +430,7 @@ impl Renderer {
         view::frame::view(&mut self.recorder, &self.scene, view, camera)
     }
 
-    /// Device memory of the maps of direct light and of the last view, bytes.
+    /// Device memory of the direct maps, the textures and the last view.
     pub fn view_memory(&self) -> ViewMemory {
         ViewMemory {
             maps: self.direct.bytes() + self.scene.surfaces.bytes(),
@@ -438,8 +439,8 @@ impl Renderer {
         }
     }
 
-    /// Sets the relative L1 error that the next frame aims for, 0 < `error` ≤ 1. Without effect where [`Settings::error`]
-    /// is `None`.
+    /// Sets the relative L1 error that the next frame aims for, 0 < `error` ≤ 1. It has no effect if [`Settings::error`] is
+    /// `None`.
     pub fn set_error(&mut self, error: f32) {
         if self.settings.error.is_some() {
             self.is_current &= self.settings.error == Some(error);
@@ -448,7 +449,7 @@ impl Renderer {
         }
     }
 
-    /// The state of [`Settings::budget`]; `None` without one, or where no suns or lamps light a flat receiver.
+    /// The state of [`Settings::budget`]. `None` without a budget, or if no sun or lamp lights a planar receiver.
     pub fn budget(&self) -> Option<&FrameBudget> {
         self.budget.as_ref()
     }

@@ -6,11 +6,11 @@ use std::time::Duration;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// Every patch projects footprints onto the receivers, which are added up.
+    /// Every patch projects the lights onto the receivers as splats, which are added up.
     Footprint,
     /// Every texel gathers light over all patches (Wand & Straßer 2003).
     Pinhole,
-    /// Low-discrepancy points, one texel each.
+    /// Low-discrepancy points are traced to one texel each.
     Points,
     /// Patches are drawn as triangles between their corners' outgoing rays.
     Beams,
@@ -59,13 +59,13 @@ pub struct Settings {
     pub method: Method,
     /// Number of patches to aim for on the casters' lit triangles (at least one per triangle), or number of points.
     pub samples: u32,
-    /// `footprint`: relative L1 error to aim for on planar receivers under suns and lamps, where it then decides the number
-    /// of patches in every frame. `None`: `samples` decides there, too. Buffers for more patches are made by
-    /// [`super::Renderer::caustic`], not by frames of a host.
+    /// `footprint`: relative L1 error to aim for on planar receivers under suns and lamps. It replaces `samples` there: the
+    /// device chooses the number of patches in every frame. `None`: `samples` applies there, too. [`super::Renderer::caustic`]
+    /// enlarges the buffers if more patches are needed; frames of a host do not.
     pub error: Option<f32>,
-    /// `footprint`: time that [`super::Renderer::update`] and [`super::Renderer::caustic`] may take together. Instead of
-    /// `error`, which is then chosen anew after every frame by [`super::FrameBudget`]. Frames of a host are not timed: a
-    /// host sets `error`, and [`super::Renderer::set_error`] for every frame.
+    /// `footprint`: time that [`super::Renderer::update`] and [`super::Renderer::caustic`] may take together. It replaces
+    /// `error`: a [`super::FrameBudget`] chooses the error again after every frame. Frames of a host are not timed: the
+    /// host sets `error` and calls [`super::Renderer::set_error`] before every frame.
     pub budget: Option<Duration>,
     /// `footprint`: maximum number of environment cells (at least 8).
     pub environment_cells: u32,
@@ -78,7 +78,7 @@ pub struct Settings {
     pub filter: bool,
     /// `beams`: the area of the image of a patch.
     pub area: Area,
-    /// Maximum number of frames in flight of a host: recorded and not yet waited for.
+    /// Maximum number of a host's frames in flight, which are recorded but not yet waited for.
     pub frames_in_flight: u32,
 }
 

@@ -36,18 +36,18 @@ impl Coordinate {
         })
     }
 
-    /// Of a wavelength, µm.
+    /// The coordinate of a wavelength in µm.
     fn at(self, wavelength: f64) -> f64 {
         let [shortest, longest] = WAVELENGTHS.map(|end| self.curve.index(end));
         (self.curve.index(wavelength) - longest) / (shortest - longest)
     }
 
-    /// Of light before it is dispersed.
+    /// The coordinate of light before it is dispersed.
     pub fn middle(self) -> f64 {
         self.at(MIDDLE)
     }
 
-    /// In µm.
+    /// The wavelength at a coordinate, µm.
     fn wavelength(self, coordinate: f64) -> f64 {
         let [mut low, mut high] = WAVELENGTHS;
         for _ in 0..50 {
@@ -86,11 +86,11 @@ pub fn index_and_change(medium: &Dielectric) -> [f64; 2] {
     [medium.ior_at(MIDDLE), shortest - longest]
 }
 
-/// For the shaders.
+/// The spectrum as the shaders read it.
 pub struct DeviceSpectrum {
     /// [`SPECTRAL_STEPS`] + 1 colours.
     pub weights_below: Buffer,
-    /// What `weights_below` has.
+    /// The coordinate for which `weights_below` holds.
     pub coordinate: Option<Coordinate>,
     is_stale: bool,
 }
@@ -120,7 +120,7 @@ impl DeviceSpectrum {
         Ok(())
     }
 
-    /// Of light before it is dispersed.
+    /// The coordinate of light before it is dispersed.
     pub fn middle(&self) -> f32 {
         self.coordinate
             .map_or(0.0, |coordinate| coordinate.middle() as f32)

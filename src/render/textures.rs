@@ -15,7 +15,7 @@ const BORDER: u32 = 1;
 
 pub struct DeviceTextures {
     pub image: Image,
-    /// Of all textures, one after the other.
+    /// Mipmap levels of all textures, one texture after the other.
     pub levels: Buffer,
     /// One for each triangle.
     pub triangles: Buffer,

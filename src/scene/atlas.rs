@@ -19,13 +19,13 @@ use uvunwrap::{Density, MeshInput, Options};
 /// Texels that an unwrapped chart keeps from others and from the edge of the light map: two are
 /// filled around each for look-ups between texels, see [`Atlas::around`].
 const PADDING: u32 = 2;
-/// Share of a texel.
+/// Smallest share of a texel that a chart must cover.
 const LEAST_COVER: f64 = 0.01;
-/// Of a texel that layers lie upon each other.
+/// Cover of a texel beyond which layers lie upon each other.
 const MOST_COVER: f64 = 1.0 + 1e-3;
 /// How far outside of [0, 1] texture coordinates are taken for rounding.
 const ROUNDING: f64 = 1e-6;
-/// Of the mesh's area, what may be lost in triangles too thin to be unwrapped.
+/// Share of the mesh's area that may be lost in triangles too thin to be unwrapped.
 const MOST_LOST: f64 = 1e-3;
 /// Rings of texels around the charts that [`Atlas::around`] fills.
 const RINGS: i64 = 2;
@@ -59,7 +59,7 @@ pub struct Piece {
     pub quarter: u32,
     /// Weights of the triangle's second and third corner at the piece's centroid.
     pub weights: DVec2,
-    /// Of the triangle's area.
+    /// Share of the triangle's area.
     pub share: f64,
 }
 
@@ -265,7 +265,7 @@ impl Atlas {
         holds.then_some(texel)
     }
 
-    /// From the top left corner.
+    /// Position in texels from the top left corner.
     fn in_texels(&self, uv: DVec2) -> DVec2 {
         DVec2::new(uv.x, 1.0 - uv.y) * DVec2::from(self.size.map(f64::from))
     }

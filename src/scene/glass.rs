@@ -24,7 +24,7 @@ pub struct Sellmeier {
 pub const D_LINE: f64 = 0.587_561_8;
 
 impl Sellmeier {
-    /// Of at most [`SELLMEIER_TERMS`] terms; further ones are ignored.
+    /// A sum of at most `SELLMEIER_TERMS` terms; further ones are ignored.
     pub const fn new(given: &[[f64; 2]]) -> Self {
         let mut terms = [[0.0; 2]; SELLMEIER_TERMS];
         let mut i = 0;

@@ -18,7 +18,7 @@ use toml::Spanned;
 
 /// Times, s.
 const SECONDS: RangeInclusive<f64> = -1e6..=1e6;
-/// Of an object, in its keyframes.
+/// Scale of an object in its keyframes.
 const SCALE: RangeInclusive<f64> = 1e-3..=1e3;
 /// Angles that turn, degrees.
 const DEGREES: RangeInclusive<f64> = -1e6..=1e6;

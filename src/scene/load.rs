@@ -71,14 +71,14 @@ const MAX_QUADS: i64 = 4096;
 const MAX_ALL_QUADS: i64 = 1 << 22;
 /// Sines of waves.
 const MAX_SINES: usize = 1000;
-/// Of a sum of sines: beyond, a wave's back would be hidden by its crest at 45°.
+/// Maximum slope of a sum of sines: beyond it, a wave's crest would hide its back at 45°.
 const MAX_SLOPE: f64 = 1.0;
 /// Largest [`Scene::max_interfaces`].
 const MAX_INTERFACES: u32 = 64;
 /// Meshes a second.
 const FPS: RangeInclusive<f64> = 1e-3..=1e4;
 const DEFAULT_FPS: f64 = 24.0;
-/// Of lamps, m.
+/// Radius of a lamp, m.
 const LAMP_RADIUS: RangeInclusive<f64> = 1e-6..=1e9;
 
 /// A scene that is fit to be rendered.

@@ -36,7 +36,7 @@ pub const METALS: [(&str, [f64; 3], [f64; 3]); 5] = [
     ),
 ];
 const PRIORITY: RangeInclusive<i64> = -1000..=1000;
-/// Of textures.
+/// Range of `uv_scale`.
 const UV_SCALE: RangeInclusive<f64> = -1e6..=1e6;
 /// Largest texture coordinate of a mesh with a texture.
 const MAX_UV: f64 = 1e6;

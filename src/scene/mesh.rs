@@ -78,7 +78,7 @@ const FAN_STARTS: usize = 64;
 pub struct Soup<'a> {
     /// m
     pub positions: &'a [DVec3],
-    /// Of any length.
+    /// Normals of any length.
     pub normals: &'a [DVec3],
     pub triangles: Vec<[Corner; 3]>,
     /// As many as triangles: their corners, counted over all polygons' that were added.
@@ -143,7 +143,7 @@ impl<'a> Soup<'a> {
         self.positions[corner.position as usize]
     }
 
-    /// Of the place where a corner is.
+    /// Index of the place of a corner.
     fn place(&self, corner: Corner) -> u32 {
         self.places[corner.position as usize]
     }

@@ -15,7 +15,7 @@ const MAX_BYTES: u64 = 16 << 20;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
     pub file: PathBuf,
-    /// Of the option `-s`.
+    /// Scale by the option `-s`.
     pub uv_scale: DVec2,
 }
 

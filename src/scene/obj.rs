@@ -40,7 +40,7 @@ pub struct Part {
 /// What one file holds.
 struct Content {
     parts: Vec<FilePart>,
-    /// Of its faces.
+    /// Hash of its faces.
     topology: u64,
 }
 
@@ -48,7 +48,7 @@ struct Content {
 struct FilePart {
     material: Option<MaterialOfPart>,
     mesh: Mesh,
-    /// Of the mesh's triangles, as they are counted in the file where corners are not merged.
+    /// Corners of the mesh's triangles, as they are counted in the file where corners are not merged.
     corners: Vec<[u32; 3]>,
     uvs: Vec<[DVec2; 3]>,
 }

@@ -40,7 +40,7 @@ pub struct Face {
 pub struct Contents<'a> {
     /// m
     pub positions: Vec<DVec3>,
-    /// Of any length.
+    /// Normals of any length.
     pub normals: Vec<DVec3>,
     /// NaN where they are malformed, which matters only to light maps.
     pub textures: Vec<DVec2>,

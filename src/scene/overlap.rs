@@ -3,7 +3,7 @@
 use super::Mesh;
 use glam::DVec3;
 
-/// Of the size of the meshes: a corner so close to a face touches it.
+/// Distance over the size of the meshes at which a corner touches a face.
 const CONTACT: f64 = 1e-6;
 /// Pairs of triangles that are compared at most: a second. What is not found until then stays unknown.
 const MAX_PAIRS: usize = 100_000_000;

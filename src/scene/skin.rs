@@ -170,7 +170,7 @@ fn flaw_of_mirror(scene: &Scene, mesh: &Mesh) -> Option<String> {
         LightKind::Lamp { position, .. } => inside(position),
         _ => false,
     });
-    let reason = "its faces look inward, and the backs of mirrors absorb: it is black and throws no \
+    let reason = "its faces look inward, and the backs of mirrors absorb: it is black and reflects no \
                   light; turn the faces round";
     (!lit_inside && !inside(scene.camera.position)).then(|| reason.into())
 }

@@ -98,7 +98,7 @@ impl TextureLevel {
         })
     }
 
-    /// Of texels by their weights, which sum up to 1 in each direction.
+    /// Mean of texels by their weights, which sum up to 1 in each direction.
     fn mean(&self, columns: &[(u32, f64)], rows: &[(u32, f64)]) -> [u8; 4] {
         let mut sum = [0.0; 3];
         for (row, of_row) in rows {

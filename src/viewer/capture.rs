@@ -26,7 +26,7 @@ pub struct Capture {
     image: vk::Image,
     view: vk::ImageView,
     image_memory: Option<Allocation>,
-    /// Of the picture as shown, and of the radiance.
+    /// Buffers of the picture as shown, and of the radiance.
     buffers: Vec<(vk::Buffer, Option<Allocation>)>,
 }
 

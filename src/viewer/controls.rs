@@ -1,4 +1,4 @@
-//! What the pointer does in the picture, and what keys do.
+//! Actions of the pointer in the picture, and of the keys.
 
 use super::edits::Placement;
 use super::handles::{Change, Drag, Handles, in_picture, light_marks, light_under, paint_light};

@@ -1,4 +1,4 @@
-//! What lies over the picture: messages, the list of keys, and the question where to save.
+//! Dialogs over the picture: messages, the list of keys, and the question where to save.
 
 use super::controls::KEYS;
 use super::save::with_name;

@@ -1,4 +1,4 @@
-//! What the window shows: the renderer's picture and the panels over it, two frames in flight.
+//! Draws the window: the renderer's picture and the panels over it, with two frames in flight.
 
 use super::capture::{Capture, Captured};
 use super::host::{Host, HostOptions, failed};
@@ -39,7 +39,7 @@ pub struct Draw<'a> {
     pub captures: bool,
 }
 
-/// What became of a frame.
+/// Outcome of a frame.
 #[derive(Default)]
 pub struct Drawn {
     /// Whether it was submitted: not where the window has no image for it.
@@ -115,7 +115,7 @@ impl Display {
         &self.host.info
     }
 
-    /// What the renderer leaves out, a sentence each.
+    /// The renderer's notes on light that it leaves out, one sentence each.
     pub fn notes(&self) -> Vec<String> {
         self.renderer
             .as_ref()
@@ -198,7 +198,7 @@ impl Display {
         (names, report.total_capacity_bytes)
     }
 
-    /// Makes the images of the window anew where they no longer fit. Whether there are any.
+    /// Makes the images of the window again if they no longer fit. Returns whether there are any.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails, [`Error::Window`] where the surface was lost for good.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub struct Document {
     pub path: PathBuf,
     animation: Animation,
-    /// At time 0, without edits.
+    /// The scene at time 0, without edits.
     pub base: Scene,
     pivots: Vec<DVec3>,
     /// Meshes and images that the scene names.

@@ -1,4 +1,4 @@
-//! What the user changed in a scene, apart from the scene itself, and how to undo it.
+//! The user's edits of a scene, kept apart from the scene, with undo and redo.
 
 use glam::{DMat3, DQuat, DVec3};
 use nephroid::glam;
@@ -34,7 +34,7 @@ impl Placement {
 #[derive(Debug, Clone, Default)]
 pub struct Edits {
     pub exposure_ev: Option<f64>,
-    /// In place of the scene's camera, with keyframes or without.
+    /// Replaces the scene's camera and its keyframes, if any.
     pub camera: Option<Camera>,
     pub lights: BTreeMap<usize, LightKind>,
     pub materials: BTreeMap<usize, MaterialKind>,
@@ -113,7 +113,7 @@ impl Edits {
         }
     }
 
-    /// Those that still make sense in a scene that was read again, whose `names` may differ from the old ones.
+    /// The edits that still apply in a scene that was read again, whose `names` may differ from the old ones.
     pub fn carried_over(&self, old: &Scene, new: &Scene) -> Self {
         let kind_of = std::mem::discriminant::<LightKind>;
         let light = |i: &usize| {
@@ -180,11 +180,11 @@ pub fn pivots(scene: &Scene) -> Vec<DVec3> {
         .collect()
 }
 
-/// Edits, and those before and after them.
+/// Current edits, with the steps to undo and redo.
 #[derive(Debug, Clone, Default)]
 pub struct History {
     pub now: Edits,
-    /// As they were when the last step ended.
+    /// The edits at the end of the last step.
     settled: Edits,
     undone: Vec<Edits>,
     done: Vec<Edits>,

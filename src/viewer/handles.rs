@@ -58,13 +58,13 @@ pub struct Handles {
     projection: Projection,
     screen: Rect,
     middle: DVec3,
-    /// Of an arrow, m.
+    /// Length of an arrow, m.
     length: f64,
     turns: bool,
 }
 
 impl Handles {
-    /// At `middle`; `None` behind the camera. `turns`: with circles.
+    /// Handles at `middle`; `None` behind the camera. `turns`: with circles.
     pub fn new(
         projection: Projection,
         screen: Rect,
@@ -190,12 +190,12 @@ impl Handles {
     }
 }
 
-/// From shares of the picture to points of the screen.
+/// Converts shares of the picture to points of the screen.
 pub fn on_screen(screen: Rect, place: DVec2) -> Pos2 {
     screen.min + Vec2::new(place.x as f32, place.y as f32) * screen.size()
 }
 
-/// From points of the screen to shares of the picture.
+/// Converts points of the screen to shares of the picture.
 pub fn in_picture(screen: Rect, point: Pos2) -> DVec2 {
     let share = (point - screen.min) / screen.size();
     DVec2::new(share.x.into(), share.y.into())

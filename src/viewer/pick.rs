@@ -1,4 +1,4 @@
-//! What is under a point of the picture, and where a point of the scene is in the picture.
+//! Finds the object under a point of the picture, and the place of a scene point in the picture.
 
 use super::orbit::axes;
 use glam::{DVec2, DVec3};

@@ -14,14 +14,14 @@ pub struct Playback {
     pub time: f64,
     pub plays: bool,
     pub loops: bool,
-    /// Of the time line, s. 0 for a scene that stands still.
+    /// Length of the time line, s; 0 for a scene that stands still.
     pub length: f64,
     /// Whether the scene changes after `length`.
     is_endless: bool,
 }
 
 impl Playback {
-    /// Of an animation that ends at `end`, if it does.
+    /// Playback of an animation that ends at `end`; `None` if it does not end.
     pub fn new(end: Option<f64>) -> Self {
         Self {
             time: 0.0,

@@ -1,4 +1,4 @@
-//! What the last frames cost: kept, summed up and written to files.
+//! Times of the last frames: kept, summarised and written to files.
 
 use super::display::FRAMES_IN_FLIGHT;
 use super::stats::Times;
@@ -21,9 +21,9 @@ pub struct FrameTimes {
     pub end: f64,
     /// Wall time since the last frame, ms; `None` after a pause.
     pub interval: Option<f64>,
-    /// Of the program, without waiting, ms.
+    /// The program's own time, without waiting, ms.
     pub host: f64,
-    /// Device times of the passes, ms, equal names as one. They come when the frame has ended.
+    /// Device times of the passes, ms; equal names are added up. They arrive after the frame has ended.
     pub passes: Vec<(&'static str, f64)>,
 }
 

@@ -1,4 +1,4 @@
-//! What a run of the window says when it ends: times of frames, by the sections that a script names.
+//! The report at the end of a run: frame times, by the sections that a script names.
 
 use super::stats::Times;
 use nephroid::gpu::DeviceInfo;
@@ -44,7 +44,7 @@ pub struct Recorder {
 pub struct Report {
     pub scene: String,
     pub device: DeviceInfo,
-    /// From the start of the program to the first picture on the window, s.
+    /// Time from the start of the program to the first picture in the window, s.
     pub first_picture: Option<f64>,
     sections: Vec<SectionReport>,
     idle: Vec<Idle>,
@@ -61,7 +61,7 @@ struct SectionReport {
 }
 
 impl Recorder {
-    /// Of a program that was started at `start`.
+    /// The report of a program that was started at `start`.
     pub fn new(start: Instant) -> Self {
         Self {
             start,

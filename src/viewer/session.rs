@@ -28,7 +28,7 @@ const SCRIPT_STEP: f64 = 1.0 / 24.0;
 /// Frames between two looks at the memory.
 const MEMORY_FRAMES: u32 = 30;
 
-/// What a picture is of. Equal pictures are not rendered again.
+/// The state that a picture shows. A picture with an equal key is not rendered again.
 #[derive(Clone, PartialEq)]
 struct PictureKey {
     time: f64,
@@ -38,7 +38,7 @@ struct PictureKey {
     size: [u32; 2],
 }
 
-/// What exists while the window does.
+/// Everything that lives as long as the window.
 pub struct Session {
     // The display's surface goes before the window.
     pub display: Display,
@@ -47,7 +47,7 @@ pub struct Session {
     pub window: Arc<Window>,
     pub state: State,
     watch: Watch,
-    /// Of the last picture, and its stage.
+    /// Key and refinement stage of the last picture.
     shown: Option<(PictureKey, u32)>,
     /// The quality that the renderer was made for.
     made_for: Quality,

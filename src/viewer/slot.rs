@@ -1,11 +1,11 @@
-//! What frames in flight use, one slot each.
+//! Resources of the frames in flight, one slot each.
 
 use super::host::{Host, failed};
 use ash::vk;
 use egui::TextureId;
 use nephroid::Result;
 
-/// What a frame in flight uses.
+/// Resources of a frame in flight.
 pub struct Slot {
     pub commands: vk::CommandBuffer,
     pub fence: vk::Fence,
@@ -14,7 +14,7 @@ pub struct Slot {
     pub unused: Vec<TextureId>,
 }
 
-/// As many as frames may be in flight, and the pool of their command buffers.
+/// Creates one slot for each frame in flight, and the pool of their command buffers.
 ///
 /// # Errors
 /// [`nephroid::Error::Device`] where the device fails.

@@ -1,4 +1,4 @@
-//! What the window shows and what the user asked for, without Vulkan.
+//! State of the window and requests of the user, without Vulkan.
 
 use super::document::Document;
 use super::handles::Drag;
@@ -26,7 +26,7 @@ pub enum Severity {
     Error,
 }
 
-/// What the panels and keys ask the program for.
+/// Requests of the panels and keys to the program.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Request {
     /// PNG, EXR and sidecar, beside each other.

@@ -8,7 +8,7 @@ use winit::window::Window;
 /// Wait for an image of the window, at most, ns. A hidden window may have none.
 const ACQUIRE_TIMEOUT: u64 = 1_000_000_000;
 
-/// What became of a request for an image, or of showing one.
+/// Outcome of a request for an image, or of presenting one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Presented<T> {
     Done(T),
@@ -69,7 +69,7 @@ impl Swapchain {
         )
     }
 
-    /// Makes the images anew for a window of `size` pixels; none where it is not visible. The device must be idle.
+    /// Makes the images again for a window of `size` pixels; none if it is not visible. The device must be idle.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
@@ -164,7 +164,7 @@ impl Swapchain {
             )
         };
         match result {
-            // A suboptimal image is drawn to, and the images made anew afterwards.
+            // A suboptimal image is drawn to, and the images are made again afterwards.
             Ok((index, _)) => Ok(Presented::Done(index)),
             Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Presented::NotReady),
             Err(error) => lost(error, "asking for an image of the window"),

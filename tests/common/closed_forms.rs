@@ -114,7 +114,7 @@ pub static MIRROR: Form = Form {
     formula: "Reflectance F, light from s, a floor of normal m, a mirror of area A and normal n:
 E = F E₀ (s·m) inside of the mirror's outline, shifted along the reflected light
 flux F E₀ (s·n) A",
-    source: "Derived: a plane mirror throws parallel light on as parallel light",
+    source: "Derived: a plane mirror reflects parallel light as parallel light",
 };
 
 pub static IMAGE: Form = Form {

@@ -97,7 +97,7 @@ fn images_and_cells_are_settings() {
     ));
     let [usual, more, few] =
         [usual, map(4096, 16, 4096), map(4096, 4, 8)].map(|map| l1(&map, &truth));
-    println!("L1 {usual}, with more images {more}, with 8 parts {few}");
+    println!("L1 {usual}, with more images {more}, with 8 cells {few}");
     assert!(more < 0.9 * usual && few > 1.5 * usual);
 }
 
@@ -126,7 +126,7 @@ fn a_sun_of_the_sky_is_a_sun() {
     );
 }
 
-/// Water lets the sky through: what flat water throws on a large floor below it is what it does not reflect.
+/// Water lets the sky through: flat water transmits to a large floor below it all that it does not reflect.
 #[test]
 fn glass_lets_the_sky_through() {
     let mut scene = only_receiver(load("ball.toml"), "floor", [32, 32]);

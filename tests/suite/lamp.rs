@@ -1,5 +1,5 @@
 //! Lamps: spheres of light at a finite distance, against the reference, against suns, and against
-//! closed forms of their direct light. What they throw by a flat and a round mirror is in
+//! closed forms of their direct light. What flat and round mirrors reflect of them is in
 //! `closed_forms.rs`.
 
 use crate::common::{
@@ -286,7 +286,7 @@ fn only_what_is_before_the_lamp_blocks() {
     let mut scene = with_lamp(scene, below, 0.05, 10.0);
     object_mut(&mut scene, "mirror").blocks_light = false;
     if let Geometry::Rect(mirror) = &mut object_mut(&mut scene, "mirror").geometry {
-        // Turned so that it throws light from below down.
+        // Turned so that it reflects light from below down.
         mirror.edge_v = DVec3::new(0.0, 0.4, 0.45);
     }
     assert_eq!(fluxes(&scene), [0.0; 5]);

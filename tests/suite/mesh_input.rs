@@ -273,9 +273,9 @@ fn mirrors_that_face_away_are_named() {
         folder.write("scene.toml", scene);
         let scene_ = folder.load().unwrap_or_else(|e| panic!("{e}")).scene;
         let mut notes = device.renderer(&scene_, &footprint(64)).notes();
-        notes.retain(|note| note.contains("throws no caustic"));
+        notes.retain(|note| note.contains("casts no caustic"));
         let expected: Vec<String> = (expected.iter())
-            .map(|reason| format!("object \"part\" throws no caustic: {reason}"))
+            .map(|reason| format!("object \"part\" casts no caustic: {reason}"))
             .collect();
         assert_eq!(notes, expected, "{scene}");
     }

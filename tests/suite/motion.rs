@@ -194,7 +194,7 @@ fn another_environment_is_as_if_made_so() {
     }
 }
 
-/// A mirror that looks away at first throws nothing; turned to the sun it throws all that a mirror
+/// A mirror that looks away at first reflects nothing; turned to the sun it reflects all that a mirror
 /// made there does, and then nothing again. Its patches need buffers that are made on the way.
 #[test]
 fn a_mirror_turns_to_the_light_and_away() {

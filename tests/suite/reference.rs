@@ -91,7 +91,7 @@ fn what_blocks_either_leg_stops_the_light() {
 
 #[test]
 fn a_floor_blocks_light_from_below() {
-    // A ring above the floor whose normals lean down, so that it throws light from below back.
+    // A ring above the floor whose normals lean down, so that it reflects light from below back down.
     let scene = |blocks_light| {
         let mut scene = ring(0.61, blocks_light);
         if let LightKind::Sun { direction, .. } = &mut scene.lights[0].kind {
@@ -112,7 +112,7 @@ fn a_floor_blocks_light_from_below() {
 }
 
 #[test]
-fn backs_neither_throw_nor_receive() {
+fn backs_neither_reflect_nor_receive() {
     let flux = |scene: &Scene| solve(scene, "floor", [8, 8], &options(0.1)).received_flux[0];
     let scene = load("mirror.toml");
     assert!(flux(&scene) > 0.1);

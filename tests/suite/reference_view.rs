@@ -497,7 +497,7 @@ fn caustic_of_a_flat_mirror() {
         (lit + DVec3::new(0.0, 4.0, 0.0)).to_array(),
         1.0,
     );
-    // The ceiling throws no caustic onto what the sun sends down.
+    // The ceiling casts no caustic onto what the sun sends down.
     let seen = see(&above, SIZE, &options(0.008));
     assert_within_errors("caustic in a mirror", &seen, 0.9 * exact, 0.008);
 

@@ -51,7 +51,7 @@ fn two_suns() -> Scene {
     scene
 }
 
-/// All light that a flat mirror throws lands on the floor: ρ A (E₁ n·s₁ + E₂ n·s₂).
+/// All light that a flat mirror reflects lands on the floor: ρ A (E₁ n·s₁ + E₂ n·s₂).
 #[test]
 fn light_of_several_suns_adds_up() {
     let device = Device::open();
@@ -120,7 +120,7 @@ fn pinhole_sums_over_many_suns() {
 }
 
 #[test]
-fn a_mirror_that_faces_no_light_throws_none_and_says_so() {
+fn a_mirror_that_faces_no_light_reflects_none_and_says_so() {
     let device = Device::open();
     let lit = with_texels(load("mirror.toml"), "floor", [32, 32]);
     let mut turned = lit.clone();
@@ -137,7 +137,7 @@ fn a_mirror_that_faces_no_light_throws_none_and_says_so() {
         let floor = scene.object_index("floor").unwrap();
         let map = renderer.read_caustic(floor).unwrap();
         let noted = (renderer.notes().iter())
-            .any(|note| note.contains("throws no caustic: all of its faces look away"));
+            .any(|note| note.contains("casts no caustic: all of its faces look away"));
         let black = map.pixels.iter().all(|rgb| *rgb == [0.0; 3]);
         assert_eq!(noted, black, "{:?}", renderer.notes());
         renderer.view(&scene.camera, [16, 16], 1).unwrap();

@@ -89,7 +89,7 @@ fn floor_of_the_ring() {
     let s = toward_sun(&scene);
     let (renderer, image) = view(&device, &scene);
     let albedo = color(&scene, "floor");
-    // What the ring throws from its outside, or shades, ends 0.4 m cot(elevation) from it.
+    // What the ring reflects from its outside, or shades, ends 0.4 m cot(elevation) from it.
     let open: Vec<_> = (0..30 * 30)
         .map(|i| [i % 30, i / 30].map(|i| f64::from(i) * 0.12 - 1.74))
         .filter(|[x, z]| {

@@ -208,7 +208,7 @@ fn a_glass_ball_keeps_what_enters_it() {
     assert_error("glass ball", 0.04, l1(&map, &truth), l1(&perturbed, &truth));
 }
 
-/// An environment alone throws no caustic by beams or points: the map is black, not what was in memory.
+/// An environment alone casts no caustic by beams or points: the map is black, not what was in memory.
 #[test]
 fn water_without_a_sun_is_dark() {
     let mut scene = only_receiver(load("ball.toml"), "floor", [32, 32]);

@@ -1,4 +1,4 @@
-//! The scenes of the sweeps: one reflector, one receiver, white suns of 1 W/m² altogether.
+//! The scenes of the sweeps: one caster, one receiver, white suns of 1 W/m² altogether.
 
 use crate::scene::{
     Camera, DEFAULT_MAX_INTERFACES, Geometry, Light, LightKind, Material, MaterialKind, Mesh,
@@ -51,7 +51,7 @@ pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scen
             ),
         ],
         objects: vec![
-            object("reflector", 0, Geometry::Mesh(reflector.into())),
+            object("caster", 0, Geometry::Mesh(reflector.into())),
             Object {
                 light_map: Some([64, 64]),
                 ..object(RECEIVER, 1, Geometry::Rect(receiver))
@@ -82,7 +82,7 @@ pub(super) fn horizontal(half: f64, y: f64) -> Rect {
     }
 }
 
-/// A screen above the reflector that faces down; light from above passes through.
+/// A screen above the caster that faces down; light from above passes through.
 fn ceiling(half: f64, y: f64) -> Rect {
     Rect {
         origin: DVec3::new(-half, y, -half),
@@ -91,7 +91,7 @@ fn ceiling(half: f64, y: f64) -> Rect {
     }
 }
 
-/// Quads over [−1, 1]² at (x, −z), each cut in two, facing +y.
+/// Quads over [−1, 1]² at (x, −z), two triangles each, facing +y.
 fn grid(cells: usize, vertex: impl Fn(DVec2) -> (DVec3, DVec3)) -> Mesh {
     let side = |i: usize| 2.0 * i as f64 / cells as f64 - 1.0;
     let mut mesh = Mesh::default();
@@ -226,7 +226,7 @@ pub fn curved(curvature: f64) -> Scene {
 }
 
 /// A slightly convex mirror under a sun at `elevation` degrees above it, and a screen across the
-/// light that its middle throws, 1 m away.
+/// light that its centre reflects, 1 m away.
 pub fn grazing(elevation: f64) -> Scene {
     let (sine, cosine) = elevation.to_radians().sin_cos();
     let across = DVec3::new(-sine, cosine, 0.0);
@@ -277,7 +277,7 @@ fn cylinder(segments: usize, rows: usize, smooth: bool) -> Mesh {
     mesh
 }
 
-/// A ring mirror that throws the nephroid on a floor `gap` m below it, under one sun of `radius`
+/// A ring mirror that casts the nephroid on a floor `gap` m below it, under one sun of `radius`
 /// degrees.
 fn ring_scene(mesh: Mesh, gap: f64, radius: f64) -> Scene {
     let light = sun(ring_light(), 1.0, radius);
@@ -357,7 +357,7 @@ mod tests {
         ];
         for scene in scenes {
             let Geometry::Mesh(mesh) = &scene.objects[0].geometry else {
-                panic!("the reflector is a mesh")
+                panic!("the caster is a mesh")
             };
             for corners in &mesh.triangles {
                 let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);

@@ -147,7 +147,7 @@ pub fn sweeps() -> Vec<Sweep> {
         },
         Sweep {
             name: "contact-face",
-            title: "A reflector approaches contact, face to face",
+            title: "A caster approaches contact, face to face",
             setup: "A wavy mirror of 1 m × 1 m below a screen that is parallel to it, light from above.",
             axis: "gap over the crests / size of the mirror",
             values: vec![1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3],
@@ -156,7 +156,7 @@ pub fn sweeps() -> Vec<Sweep> {
         },
         Sweep {
             name: "contact-edge",
-            title: "A reflector approaches contact with its edge",
+            title: "A caster approaches contact with its edge",
             setup: "A ring mirror of radius 1 m and height 0.4 m that comes down to a floor, sun from 35°.",
             axis: "gap / height of the ring",
             values: vec![1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3],
@@ -256,7 +256,7 @@ pub fn sweeps() -> Vec<Sweep> {
         },
         Sweep {
             name: "turning",
-            title: "A reflector that turns by 0.05° a frame",
+            title: "A caster that turns by 0.05° a frame",
             setup: "A wavy mirror, 1 m below a screen, in 6 frames.",
             axis: "samples / usual samples",
             values: vec![0.125, 0.5, 2.0, 8.0],

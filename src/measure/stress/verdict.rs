@@ -174,7 +174,7 @@ fn reason(sweep: &str, method: &str) -> Option<&'static str> {
              error falls with the area of the patches"
         }
         ("footprint", "bumps") => {
-            "From some four patches a wave on, neighbouring patches throw the light far apart, and the \
+            "From some four patches a wave on, neighbouring patches send the light far apart, and the \
              kernels, rounder and wider than the images of triangles, do not join up to the pattern of \
              facets that the reference sees. Finer meshes cure it, more patches a triangle help"
         }

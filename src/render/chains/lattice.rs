@@ -1,5 +1,5 @@
-//! Lattices of rays from the suns and lamps to the casters, the first rays of chains. Chosen on the host for every frame
-//! from the casters' bounding boxes.
+//! Lattices of rays from the suns, lamps and environment cells to the casters, the first rays of chains. The host chooses
+//! them for every frame from the casters' bounding boxes.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
@@ -60,7 +60,7 @@ pub struct DeviceLattices {
 }
 
 impl DeviceLattices {
-    /// Allocates for the suns and lamps of a scene.
+    /// Allocates for the suns, lamps and environment cells of a scene.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.
@@ -228,7 +228,7 @@ struct Window {
     origin: DVec3,
     edge_u: DVec3,
     edge_v: DVec3,
-    /// Sun: of the rays.
+    /// For a sun: direction of the rays.
     direction: DVec3,
 }
 
@@ -237,7 +237,7 @@ impl Window {
         self.edge_u.cross(self.edge_v).length()
     }
 
-    /// Of about `rays` square cells.
+    /// Columns and rows of about `rays` square cells.
     fn columns_and_rows(&self, rays: f64) -> (u32, u32) {
         let cell = (self.area() / rays).sqrt();
         // A window that is narrower than a cell still has one row.

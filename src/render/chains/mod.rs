@@ -1,4 +1,4 @@
-//! Chains: light of suns and lamps that meets two or more specular surfaces on its way to the planar receivers. Rays of a
+//! Chains: light of suns, lamps and environment cells that meets two or more specular surfaces on its way to the planar receivers. Rays of a
 //! lattice are followed from surface to surface, a wave of them at a time, and each lands as a footprint.
 
 pub mod lattice;
@@ -34,7 +34,7 @@ const DRAW_WORD: u32 = 9;
 pub struct Chains {
     pilot: BoundPipeline,
     plan: BoundPipeline,
-    /// From either wave to the other.
+    /// One pipeline for each direction between the two wave buffers.
     trace: [BoundPipeline; 2],
     sums: [BlockSums; 2],
     scan: [BoundPipeline; 2],

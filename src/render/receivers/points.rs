@@ -22,7 +22,7 @@ pub struct MeshPoints {
     pub points: Buffer,
     pub light: Buffer,
     pub count: u32,
-    /// By the order of `objects` and of their triangles.
+    /// In the order of `objects` and of their triangles.
     divisions: Vec<u32>,
 }
 

@@ -273,7 +273,7 @@ fn is_diffuse(scene: &Scene, object: usize) -> bool {
     matches!(scene.materials[material].kind, MaterialKind::Diffuse { .. })
 }
 
-/// Of every diffuse rect: object, texels along a side of a texel of its light map (0: without one), and size of the tile.
+/// For every diffuse rect: object, direct-map texels along a side of a light-map texel (0: no light map), and size of the tile.
 fn rect_sizes(scene: &Scene) -> Vec<(usize, u32, [u32; 2])> {
     let has_lights =
         (scene.lights.iter()).any(|light| !matches!(light.kind, LightKind::Environment { .. }));

@@ -28,7 +28,7 @@ pub struct SplatList {
     /// Used slots per pair; and per workgroup, used slots and pairs that use any.
     pub counts: Buffer,
     pub group_counts: Buffer,
-    /// Index buffer of the listed quads.
+    /// Index buffer of the quads of the used slots.
     quads: Buffer,
     /// A `VkDrawIndexedIndirectCommand` for the quads, then the numbers of splats and of lit pairs.
     pub arguments: Buffer,
@@ -104,7 +104,7 @@ impl SplatList {
         );
     }
 
-    /// Draws the listed quads into the light maps; `clear` clears the maps first.
+    /// Draws the quads of the used slots into the light maps; `clear` clears the maps first.
     pub fn record_draw(
         &self,
         recorder: &mut Recorder,

@@ -15,7 +15,8 @@ pub struct BlockSums {
 }
 
 impl BlockSums {
-    /// Of `numbers`; `block_sums` is written, too. If there are `units`, there are at most as many numbers as units in these totals.
+    /// Sums `numbers` and writes `block_sums`. With `units`, the number of summed numbers is limited to the number of units in these
+    /// totals.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -54,8 +55,8 @@ pub struct PrefixSums {
 }
 
 impl PrefixSums {
-    /// Of `numbers`; `block_sums` and `totals` are written, too. If there are `units`, there are at most as many numbers as units
-    /// in these totals.
+    /// Sums `numbers` and writes `block_sums` and `totals`. With `units`, the number of summed numbers is limited to the number of
+    /// units in these totals.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.

@@ -146,7 +146,7 @@ impl Projector {
         recorder.dispatch(&self.project, &push, [batch.pair_count, 1, 1]);
     }
 
-    /// Draws the listed splats into the light maps; `clear` clears the maps first.
+    /// Draws the splats in the used slots into the light maps; `clear` clears the maps first.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         self.list
             .record_draw(recorder, &self.draw, light_map, clear);

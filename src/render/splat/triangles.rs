@@ -1,7 +1,7 @@
 //! Triangles: the images of suns and lamps on planar receivers.
 //!
 //! The facets of the casters are divided into patches of about equal flux, and the image of each patch into as many
-//! triangles as its curvature asks for. All counts are chosen on the device, anew in every frame.
+//! triangles as its curvature asks for. The device chooses all counts again in every frame.
 
 use crate::error::{Error, Result};
 use crate::gpu::{

@@ -13,10 +13,10 @@ use crate::scene::Camera;
 use glam::{DVec3, UVec2, Vec2, Vec3};
 use std::sync::Arc;
 
-/// Samples of the largest part of a picture, for each pixel of the picture.
+/// Number of samples of the largest tile of a picture, per pixel of the picture.
 const SAMPLES_PER_PIXEL: u32 = 4;
-/// Pixels of the largest part: a dispatch may list all of them.
-const MAX_PART: u64 = 1 << 22;
+/// Maximum number of pixels of a tile: a dispatch may list all of them.
+const MAX_TILE: u64 = 1 << 22;
 /// Nothing closer to the camera is seen, as a share of the scene's size.
 const NEAR: f32 = 1e-5;
 
@@ -33,18 +33,18 @@ pub struct View {
     pub image: Image,
     /// Depth at the pixels' centres.
     depth: Image,
-    /// Triangles at the samples of a part of the picture, and their depth.
+    /// Triangles at the samples of a tile of the picture, and their depth.
     samples: [Image; 2],
-    /// Pixels of a part that show one mirror or interface, and those that show several surfaces.
+    /// Pixels of a tile that show one mirror or interface, and those that show several surfaces.
     pub pixels: WorkList,
-    /// Pixels of the largest part.
-    part: [u32; 2],
+    /// Width and height of the largest tile, pixels.
+    tile: [u32; 2],
     /// Square root of the number of samples per pixel.
     pub side: u32,
 }
 
-/// A part of the picture: first pixel, and size.
-pub type Part = (UVec2, [u32; 2]);
+/// A tile of the picture: first pixel, and size in pixels.
+pub type ViewTile = (UVec2, [u32; 2]);
 
 impl View {
     /// A view of `size` pixels with `side`² samples each.
@@ -59,16 +59,16 @@ impl View {
         side: u32,
     ) -> Result<Self> {
         let image = Image::new(context, "view", size, 1, Sampling::Clamp)?;
-        let part = part_size(size, side, context.max_image_side());
+        let tile = tile_size(size, side, context.max_image_side());
         let of_texels =
             |name, size, texel| Image::of_texels(context, name, size, 1, Sampling::Nearest, texel);
         let depth = of_texels("view depth", size, Texel::Depth)?;
-        let sides = part.map(|pixels| side * pixels);
+        let sides = tile.map(|pixels| side * pixels);
         let samples = [
             of_texels("view samples", sides, Texel::Number)?,
             of_texels("view samples' depth", sides, Texel::Depth)?,
         ];
-        let capacity = u64::from(part[0]) * u64::from(part[1]);
+        let capacity = u64::from(tile[0]) * u64::from(tile[1]);
         // A pixel of the first list may be in the second one, too.
         let pixels = WorkList::new(context, scene, 2 * capacity, 4, 64)?;
         let maps = [
@@ -122,7 +122,7 @@ impl View {
             depth,
             samples,
             pixels,
-            part,
+            tile,
             side,
         };
         for image in made.samples.iter().chain([&made.image, &made.depth]) {
@@ -142,12 +142,12 @@ impl View {
         images.map(Image::bytes).sum::<u64>() + self.pixels.bytes()
     }
 
-    /// The parts of the picture, one after the other in the same memory: first pixel and size.
-    pub fn parts(&self) -> impl Iterator<Item = (UVec2, [u32; 2])> + use<> {
-        let ([width, height], [across, down]) = (self.size(), self.part);
+    /// The tiles of the picture, which are rendered one after the other in the same memory.
+    pub fn tiles(&self) -> impl Iterator<Item = ViewTile> + use<> {
+        let ([width, height], [across, down]) = (self.size(), self.tile);
         let columns = width.div_ceil(across);
-        (0..columns * height.div_ceil(down)).map(move |part| {
-            let [x, y] = [part % columns * across, part / columns * down];
+        (0..columns * height.div_ceil(down)).map(move |tile| {
+            let [x, y] = [tile % columns * across, tile / columns * down];
             (
                 UVec2::new(x, y),
                 [across.min(width - x), down.min(height - y)],
@@ -163,13 +163,13 @@ impl View {
         4 * splits * u64::from(samples)
     }
 
-    /// Records diffuse surfaces and the background of a part, as seen at the pixels' centres.
+    /// Records diffuse surfaces and the background of a tile, as seen at the pixels' centres.
     pub fn record_surfaces(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
         camera: &Camera,
-        (first, [width, height]): Part,
+        (first, [width, height]): ViewTile,
     ) {
         let push = self.camera_push(scene, camera);
         let all = 3 * scene.geometry.store.triangles.len() as u32;
@@ -198,13 +198,13 @@ impl View {
         );
     }
 
-    /// Records the visible triangles at the samples of a part.
+    /// Records the visible triangles at the samples of a tile.
     pub fn record_visible(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
         camera: &Camera,
-        (first, size): Part,
+        (first, size): ViewTile,
     ) {
         let push = self.camera_push(scene, camera);
         let [x, y] = (-(self.side as f32) * first.as_vec2()).to_array();
@@ -219,22 +219,22 @@ impl View {
         );
     }
 
-    /// Records the lists of pixels of a rectangle of a part.
+    /// Records the lists of pixels of a rectangle of a tile.
     pub fn record_list(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
         camera: &Camera,
-        part: Part,
+        tile: ViewTile,
         rect: GroupRect,
     ) {
-        let push = self.view_push(scene, camera, part);
+        let push = self.view_push(scene, camera, tile);
         let push = ViewPush {
             light_count: match self.may_show_lights(scene, camera) {
                 true => push.light_count,
                 false => 0,
             },
-            first: part.0 + rect.first,
+            first: tile.0 + rect.first,
             ..push
         };
         recorder.dispatch(&self.list_pixels, &push, rect.threads());
@@ -246,10 +246,10 @@ impl View {
         recorder: &mut Recorder,
         scene: &DeviceScene,
         camera: &Camera,
-        part: Part,
+        tile: ViewTile,
         of_list: (u32, Items),
     ) {
-        self.record_listed(recorder, &self.shade, scene, camera, part, of_list);
+        self.record_listed(recorder, &self.shade, scene, camera, tile, of_list);
     }
 
     fn record_listed(
@@ -258,10 +258,10 @@ impl View {
         pipeline: &BoundPipeline,
         scene: &DeviceScene,
         camera: &Camera,
-        part: Part,
+        tile: ViewTile,
         (list, items): (u32, Items),
     ) {
-        let push = self.view_push(scene, camera, part);
+        let push = self.view_push(scene, camera, tile);
         let push = |first| ViewPush {
             first: UVec2::new(first, list),
             ..push
@@ -282,10 +282,10 @@ impl View {
         recorder: &mut Recorder,
         scene: &DeviceScene,
         camera: &Camera,
-        part: Part,
+        tile: ViewTile,
         items: Items,
     ) {
-        self.record_listed(recorder, &self.contrast, scene, camera, part, (0, items));
+        self.record_listed(recorder, &self.contrast, scene, camera, tile, (0, items));
     }
 
     fn camera_push(&self, scene: &DeviceScene, camera: &Camera) -> CameraPush {
@@ -313,7 +313,7 @@ impl View {
         }
     }
 
-    fn view_push(&self, scene: &DeviceScene, camera: &Camera, (part, size): Part) -> ViewPush {
+    fn view_push(&self, scene: &DeviceScene, camera: &Camera, (tile, size): ViewTile) -> ViewPush {
         let forward = (camera.target - camera.position).normalize();
         let right = forward.cross(DVec3::Y).normalize();
         let up = right.cross(forward);
@@ -328,11 +328,11 @@ impl View {
             up: (half_height * up).as_vec3(),
             side: self.side,
             forward: forward.as_vec3(),
-            capacity: 2 * self.part[0] * self.part[1],
+            capacity: 2 * self.tile[0] * self.tile[1],
             size: UVec2::new(width, height).as_vec2(),
-            part,
-            first: part,
-            end: part + UVec2::from(size),
+            part: tile,
+            first: tile,
+            end: tile + UVec2::from(size),
         }
     }
 
@@ -360,14 +360,14 @@ impl View {
     }
 }
 
-/// Pixels of the largest part of a picture: as many as have [`SAMPLES_PER_PIXEL`] samples for each pixel of the picture,
-/// whose samples fit into an image, and which fit into the list.
-fn part_size([width, height]: [u32; 2], side: u32, max_side: u32) -> [u32; 2] {
+/// Width and height of the largest tile of a picture, pixels. It has at most [`SAMPLES_PER_PIXEL`] samples for each pixel of the
+/// picture, its samples fit into an image, and its pixels fit into the list.
+fn tile_size([width, height]: [u32; 2], side: u32, max_side: u32) -> [u32; 2] {
     let most = max_side / side;
     let across = width.min(most);
     let samples = u64::from(width) * u64::from(height) * u64::from(SAMPLES_PER_PIXEL);
     let of_row = u64::from(across) * u64::from(side) * u64::from(side);
-    let rows = (samples / of_row).min((MAX_PART / u64::from(across)).max(1));
+    let rows = (samples / of_row).min((MAX_TILE / u64::from(across)).max(1));
     let down = height.min(most).min(rows.max(1) as u32);
     // Workgroups have eight rows.
     match down > 8 && down < height {
@@ -381,14 +381,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_have_bounded_memory() {
-        assert_eq!(part_size([1280, 720], 1, 16_384), [1280, 720]);
-        assert_eq!(part_size([1280, 720], 2, 16_384), [1280, 720]);
+    fn tiles_have_bounded_memory() {
+        assert_eq!(tile_size([1280, 720], 1, 16_384), [1280, 720]);
+        assert_eq!(tile_size([1280, 720], 2, 16_384), [1280, 720]);
         // 16 samples a pixel: a quarter of the picture, 180 rows, in whole workgroups.
-        assert_eq!(part_size([1280, 720], 4, 16_384), [1280, 176]);
-        assert_eq!(part_size([16_384, 3], 2, 16_384), [8192, 3]);
+        assert_eq!(tile_size([1280, 720], 4, 16_384), [1280, 176]);
+        assert_eq!(tile_size([16_384, 3], 2, 16_384), [8192, 3]);
         // 256 samples a pixel: 1024 pixels across an image, and rows of these.
-        assert_eq!(part_size([4096, 4096], 16, 16_384), [1024, 256]);
-        assert_eq!(part_size([1, 1], 16, 16_384), [1, 1]);
+        assert_eq!(tile_size([4096, 4096], 16, 16_384), [1024, 256]);
+        assert_eq!(tile_size([1, 1], 16, 16_384), [1, 1]);
     }
 }

@@ -286,7 +286,7 @@ fn direct_environment_push(tile: &SurfaceTile, rect: GroupRect) -> DirectEnviron
     }
 }
 
-/// Of a point of a mesh.
+/// Number of environment cells that light a point of a mesh.
 fn direct_cell_count(scene: &DeviceScene) -> u32 {
     POINT_CELLS * u32::from(scene.environment.is_present)
 }

@@ -134,7 +134,7 @@ pub fn direct_light(
     dilate_meshes(recorder, meshes, dilate)
 }
 
-/// Computes the camera's picture, part by part.
+/// Computes the camera's picture, tile by tile.
 pub fn view(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -142,30 +142,30 @@ pub fn view(
     camera: &Camera,
 ) -> Result<()> {
     const MAPS: Access = LIGHT_MAP_WRITE.and(Access::COMPUTE_READ);
-    for part in view.parts() {
+    for tile in view.tiles() {
         clear_lists(recorder, &[&view.pixels])?;
         recorder.pass("draw surfaces", |r| {
-            // The part before this one is shaded from the same images.
+            // The tile before this one is shaded from the same images.
             r.barrier(
                 MAPS,
                 Access::DRAW
                     .and(Access::FRAGMENT_READ)
                     .and(Access::VERTEX_READ),
             );
-            view.record_surfaces(r, scene, camera, part);
+            view.record_surfaces(r, scene, camera, tile);
         })?;
         recorder.pass("visible", |r| {
-            view.record_visible(r, scene, camera, part);
+            view.record_visible(r, scene, camera, tile);
             r.barrier(Access::DRAW.and(MAPS), Access::COMPUTE);
         })?;
-        each_rect(recorder, "list pixels", part.1, LISTED_GROUPS, |r, rect| {
-            view.record_list(r, scene, camera, part, rect);
+        each_rect(recorder, "list pixels", tile.1, LISTED_GROUPS, |r, rect| {
+            view.record_list(r, scene, camera, tile, rect);
             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
         })?;
         for (list, pass) in [(0, "reflections"), (1, "edges")] {
             let first = first_groups(view.rays(scene, list));
             each_listed(recorder, pass, &view.pixels, list, first, |r, items| {
-                view.record_shade(r, scene, camera, part, (list, items));
+                view.record_shade(r, scene, camera, tile, (list, items));
                 r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
             })?;
             if list == 0 && view.side > 1 {
@@ -176,7 +176,7 @@ pub fn view(
                     0,
                     LISTED_GROUPS,
                     |r, items| {
-                        view.record_contrast(r, scene, camera, part, items);
+                        view.record_contrast(r, scene, camera, tile, items);
                         r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
                     },
                 )?;

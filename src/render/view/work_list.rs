@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub enum Items {
     /// First one, and number.
     Range(u32, u32),
-    /// As many as the device has counted.
+    /// All items that the device has counted.
     All,
 }
 

@@ -138,7 +138,7 @@ fn flux(map: &RgbImage, texels: &[Texel]) -> f64 {
 
 /// L1 over texels, though not all have the same area, and flux.
 #[test]
-fn caustics_on_curved_meshes_are_those_of_the_reference() {
+fn caustics_on_meshes_are_those_of_the_reference() {
     let device = Device::open();
     let (globe, own) = globe();
     let size = [128, 128];
@@ -257,8 +257,8 @@ fn a_flat_mesh_receives_what_a_rect_does() {
         }
         let texels = [24, 16];
         object_mut(&mut flat, name).light_map = Some(texels);
-        let mut curved = flat.clone();
-        let object = object_mut(&mut curved, name);
+        let mut as_mesh = flat.clone();
+        let object = object_mut(&mut as_mesh, name);
         let Geometry::Rect(rect) = object.geometry else {
             panic!("{name} is a rect");
         };
@@ -269,7 +269,7 @@ fn a_flat_mesh_receives_what_a_rect_does() {
             own: vec![[a, b, c], [a, c, d]],
         }));
         let same = |what: &str, bound: f64, map: &dyn Fn(&Scene) -> RgbImage| {
-            let (expected, found) = (map(&flat), map(&curved));
+            let (expected, found) = (map(&flat), map(&as_mesh));
             let shifted = map(&crate::common::shifted_by_a_texel(flat.clone(), name));
             let (error, perturbed) = (l1(&found, &expected), l1(&shifted, &expected));
             assert_error(&format!("{file}, {what}"), bound, error, perturbed);
@@ -281,7 +281,7 @@ fn a_flat_mesh_receives_what_a_rect_does() {
             same("direct", 0.005, &|scene| device.direct(scene, name));
         } else {
             // Rays go to different cells of the sky: against the view factor of the ball, the rect has 0.9 % and the mesh 1.5 %.
-            let [expected, found] = [&flat, &curved].map(|scene| device.direct(scene, name));
+            let [expected, found] = [&flat, &as_mesh].map(|scene| device.direct(scene, name));
             let moved = crate::common::moved(flat.clone(), "ball", 0.0, 0.5 * DVec3::X);
             let moved = device.direct(&moved, name);
             let (error, perturbed) = (l1(&found, &expected), l1(&moved, &expected));
@@ -471,7 +471,7 @@ fn direct_light_on_a_globe() {
     );
 }
 
-/// What moves keeps its layout, and gets the same bits as a renderer that is made anew.
+/// What moves keeps its layout, and gets the same bits as a new renderer.
 #[test]
 fn a_mesh_that_moves_takes_its_light_map_along() {
     let device = Device::open();
