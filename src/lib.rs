@@ -34,7 +34,7 @@
 //!
 //! [`gpu`] is a thin layer over ash: the device, of our own or of a host application, buffers and images that own
 //! their memory, pipelines that read their bindings from the SPIR-V, and a recorder with named passes. All
-//! shaders are in `glsl/`, one file a pass.
+//! shaders are in `glsl/`, in folders of the same names as those of `src/render`, one file a pass.
 //!
 //! [`render`] is the renderer. `src/render/frame.rs` has every pass and every barrier of a frame, in order:
 //!
