@@ -119,8 +119,9 @@ fn compile_all() -> Result<(), String> {
     std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// Makes Rust constants of those in `glsl/shared/constants.glsl`: `const uint NAME = 8;`, of uint, int or float, a line
-/// each. Comments above them become their documentation.
+/// Makes Rust constants of those in `glsl/shared/constants.glsl`: `const uint NAME = 8;` or
+/// `const uint NAME[2] = uint[](8, 9);`, of uint, int or float, a line each. Comments above them
+/// become their documentation.
 ///
 /// # Errors
 /// Where a line is something else.
@@ -134,13 +135,21 @@ fn share_constants() -> Result<(), String> {
             let (declared, value) = line.strip_prefix("const ")?.split_once(" = ")?;
             let (kind, name) = declared.split_once(' ')?;
             let (value, _) = value.split_once(';')?;
-            let (kind, value) = match kind {
+            let (rust_kind, value) = match kind {
                 "uint" => ("u32", value.trim_end_matches('u')),
                 "int" => ("i32", value),
                 "float" => ("f32", value),
                 _ => return None,
             };
-            Some(format!("pub const {name}: {kind} = {value};\n"))
+            let Some((name, count)) = name.split_once('[') else {
+                return Some(format!("pub const {name}: {rust_kind} = {value};\n"));
+            };
+            let count = count.strip_suffix(']')?;
+            let values = value.strip_prefix(kind)?.strip_prefix("[](")?;
+            let values = values.strip_suffix(')')?;
+            Some(format!(
+                "pub const {name}: [{rust_kind}; {count}] = [{values}];\n"
+            ))
         };
         if line.is_empty() {
             comment.clear();

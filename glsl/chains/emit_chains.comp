@@ -38,13 +38,13 @@ layout(std430, binding = 15) readonly buffer Spectrum { vec4 weights_below[]; };
 
 void main() {
     uint index = thread_index();
-    if (index >= waves[6]) return;
+    if (index >= waves[UNITS_WORD]) return;
     ChainPath path;
     if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
     trace_band(path);
     ChainHit hit = hit_at(index);
     uvec2 place = numbers[index] + block_sums[index / SPLAT_GROUP];
-    place.y += waves[7];
+    place.y += waves[FOOTPRINTS_WORD];
     uint last = min(place.y + hit.footprints, push.splat_capacity);
 
     Interaction at;

@@ -53,8 +53,8 @@ bool finish(ChainPath path, ChainHit hit, float number, inout Footprint footprin
 
 void main() {
     uint index = thread_index();
-    if (index >= waves[6]) return;
-    uint place = waves[7] + index;
+    if (index >= waves[UNITS_WORD]) return;
+    uint place = waves[FOOTPRINTS_WORD] + index;
     if (place >= push.splat_capacity) return;
     ChainPath path = path_at(index);
     trace_band(path);

@@ -123,7 +123,7 @@ void main() {
         }
     }
     WRITE_DISPATCH_OF(waves, 0, first)
-    waves[6] = first;
-    waves[7] = 0;
-    waves[8] = 0;
+    waves[UNITS_WORD] = first;
+    waves[FOOTPRINTS_WORD] = 0;
+    waves[LOST_PATHS_WORD] = 0;
 }

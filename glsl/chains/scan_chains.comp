@@ -17,14 +17,14 @@ layout(std430, binding = 2) writeonly buffer NextWaves { uint next_waves[]; };
 
 // One workgroup.
 void main() {
-    uint blocks = (waves[6] + SPLAT_GROUP - 1) / SPLAT_GROUP;
+    uint blocks = (waves[UNITS_WORD] + SPLAT_GROUP - 1) / SPLAT_GROUP;
     SCAN_BLOCKS(block_sums, blocks, total)
     if (gl_LocalInvocationIndex != 0) return;
     uint paths = min(total.x, push.path_capacity);
-    uint footprints = min(waves[7] + total.y, push.splat_capacity);
+    uint footprints = min(waves[FOOTPRINTS_WORD] + total.y, push.splat_capacity);
     WRITE_DISPATCH_OF(next_waves, 0, paths)
-    next_waves[6] = paths;
-    next_waves[7] = footprints;
-    next_waves[8] = waves[8] + total.x - paths;
-    WRITE_DRAW(next_waves, 9, min(footprints + paths, push.splat_capacity))
+    next_waves[UNITS_WORD] = paths;
+    next_waves[FOOTPRINTS_WORD] = footprints;
+    next_waves[LOST_PATHS_WORD] = waves[LOST_PATHS_WORD] + total.x - paths;
+    WRITE_DRAW(next_waves, WAVE_DRAW_WORD, min(footprints + paths, push.splat_capacity))
 }

@@ -29,7 +29,7 @@ layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
 
 void main() {
     uint index = thread_index();
-    if (index >= waves[6]) return;
+    if (index >= waves[UNITS_WORD]) return;
     ChainPath path;
     if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
     trace_band(path);

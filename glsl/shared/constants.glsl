@@ -44,6 +44,27 @@ const uint MIN_COARSE_SIDE = 16;
 const uint SPLAT_GROUP = 64;
 // Pairs per thread of compact.comp. Sums within a group are the main cost, so there are few groups.
 const uint PAIRS_PER_THREAD = 8;
+// Corners of the two triangles of a quad; see quad.glsl.
+const uint QUAD_CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
+
+// Words of the totals that scan.comp writes: before the first batch, and of each batch.
+const uint ARGUMENT_WORDS = 9;
+// The word of the total of the first sum, and in the sizes of a wave of chains that of the number of paths.
+const int UNITS_WORD = 6;
+// The word of the total of the second sum.
+const int SECOND_UNITS_WORD = 7;
+// The first word of the draw within the words of a batch.
+const uint BATCH_DRAW_WORD = 3;
+// Words of the sizes of a wave that scan_chains.comp writes.
+const uint WAVE_WORDS = 14;
+// The words of the number of footprints of earlier waves, and of the number of paths for which there was no room.
+const int FOOTPRINTS_WORD = 7;
+const int LOST_PATHS_WORD = 8;
+// The first word of the draw within the words of a wave.
+const int WAVE_DRAW_WORD = 9;
+
+// Footprints of a patch on a planar receiver for one lobe: the footprint and its fold.
+const uint FOOTPRINT_SLOTS = 2;
 // Footprints of a patch on a mesh receiver for one lobe.
 const uint MESH_FOOTPRINT_SLOTS = 32;
 // Places on a patch cluster where rays start; each stands for an equal share of its surface.

@@ -18,9 +18,6 @@ layout(push_constant) uniform CompactPush {
 #include "prefix_sum.glsl"
 #include "dispatch_arguments.glsl"
 
-// Corners of the two triangles of a quad; see quad.glsl.
-const uint QUAD_CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
-
 void main() {
     // Sums over the pairs of the preceding groups. The projector counted the pairs in groups of 64.
     uvec2 part = uvec2(0);

@@ -12,7 +12,7 @@ LIGHTS(3)
 PLANAR_RECEIVERS(4)
 layout(std430, binding = 5) readonly buffer Patches { Patch patches[]; };
 layout(std430, binding = 6) readonly buffer Profiles { Profile profiles[]; };
-// 2 lobes receiver_count slots per pair; the used slots come first.
+// FOOTPRINT_SLOTS lobes receiver_count slots per pair; the used slots come first.
 layout(std430, binding = 7) writeonly buffer Footprints { Footprint footprints[]; };
 layout(std430, binding = 8) writeonly buffer Counts { uint counts[]; };
 layout(std430, binding = 9) writeonly buffer GroupCounts { uvec2 group_counts[]; }; // footprints, lit pairs
@@ -204,7 +204,7 @@ void main() {
         vec3 normal = normalize(patch_.normal);
         Cell cell = cell_of(light);
         vec2 point = pair_point(pair);
-        uint first_slot = local * 2 * push.lobes * push.receiver_count;
+        uint first_slot = local * FOOTPRINT_SLOTS * push.lobes * push.receiver_count;
         for (uint lobe = 0; lobe < (eta > 0.0 ? 2 : 1); lobe++) {
             float lobe_eta = lobe == 0 ? 0.0 : eta;
             for (uint index = 0; index < push.receiver_count; index++) {

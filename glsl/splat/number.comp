@@ -17,7 +17,7 @@ layout(push_constant) uniform NumberPush {
 
 void main() {
     uint block = thread_index();
-    uint count = push.is_limited != 0 ? min(push.count, unit_totals[6]) : push.count;
+    uint count = push.is_limited != 0 ? min(push.count, unit_totals[UNITS_WORD]) : push.count;
     uint end = min((block + 1) * SPLAT_GROUP, count);
     uvec2 sum = uvec2(0);
     for (uint i = block * SPLAT_GROUP; i < end; i++) {

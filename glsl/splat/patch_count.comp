@@ -64,7 +64,7 @@ uint triangles_for(Surface surface, Cell cell, Light light, uint index, float et
 
 void main() {
     uint patch_index = thread_index();
-    if (patch_index >= totals[6]) return;
+    if (patch_index >= totals[UNITS_WORD]) return;
     PatchPlace place = find_patch(patch_index);
     Light light = light_at(place.light_index);
     Surface surface = surface_toward(place.facet.triangle, light);

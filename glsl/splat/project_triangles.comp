@@ -276,8 +276,8 @@ bool project(Surface surface, Cell cell, Light light, uint index, float eta, boo
 void main() {
     uint index = push.first_splat + thread_index();
     uint slot = thread_index();
-    if (index >= splat_totals[6]) return;
-    uint patch_count = totals[6];
+    if (index >= splat_totals[UNITS_WORD]) return;
+    uint patch_count = totals[UNITS_WORD];
     SEARCH(block, 0, (patch_count + SPLAT_GROUP - 1) / SPLAT_GROUP, index, BLOCK_SPLATS)
     index -= splat_sums[block].x;
     uint first = block * SPLAT_GROUP;

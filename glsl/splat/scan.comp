@@ -23,20 +23,20 @@ layout(push_constant) uniform ScanPush {
 
 // One workgroup.
 void main() {
-    uint count = push.is_limited != 0 ? min(push.count, unit_totals[6]) : push.count;
+    uint count = push.is_limited != 0 ? min(push.count, unit_totals[UNITS_WORD]) : push.count;
     uint blocks = (count + SPLAT_GROUP - 1) / SPLAT_GROUP;
     SCAN_BLOCKS(block_sums, blocks, total)
     if (gl_LocalInvocationIndex == 0) {
         WRITE_DISPATCH_OF(totals, 0, total.x)
         WRITE_DISPATCH_OF(totals, 3, total.y)
-        totals[6] = total.x;
-        totals[7] = total.y;
+        totals[UNITS_WORD] = total.x;
+        totals[SECOND_UNITS_WORD] = total.y;
         for (uint batch = 0; batch < push.batches; batch++) {
             uint first = batch * push.batch_size;
             uint units = min(max(total.x, first) - first, push.batch_size);
-            uint at = 9 * (batch + 1);
+            uint at = ARGUMENT_WORDS * (batch + 1);
             WRITE_DISPATCH_OF(totals, at, units)
-            WRITE_DRAW(totals, at + 3, units)
+            WRITE_DRAW(totals, at + BATCH_DRAW_WORD, units)
         }
     }
 }

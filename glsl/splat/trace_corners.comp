@@ -49,7 +49,7 @@ void main() {
         st = vec2(corner.s, corner.t);
     } else {
         uint point = index - corners;
-        if (point >= totals[7]) return;
+        if (point >= totals[SECOND_UNITS_WORD]) return;
         uint pairs = push.facet_count * push.light_count;
         SEARCH(block, 0, (pairs + SPLAT_GROUP - 1) / SPLAT_GROUP, point, BLOCK_POINTS)
         point -= patch_sums[block].y;
