@@ -3,7 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
 // A VkDispatchIndirectCommand with a thread for each path of the wave, three unused words, the number of paths of the wave, the
 // number of footprints of earlier waves, that of paths for which there was no room, and a VkDrawIndexedIndirectCommand of the

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = GROUP_SIDE, local_size_y = GROUP_SIDE) in;
 layout(std430, binding = 0) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 1) readonly buffer AtlasTexels { AtlasTexel atlas_texels[]; };
 layout(binding = 2, rgba32f) uniform image2D light_map;

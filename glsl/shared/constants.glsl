@@ -40,8 +40,12 @@ const int MAX_LEVEL = 5;
 // Texels on the shorter side of the coarsest level.
 const uint MIN_COARSE_SIDE = 16;
 
-// Workgroup size of the projectors' shaders, of compact.comp and of resolve.comp.
+// Workgroup size of the shaders that have a thread for each unit: patches, pairs, splats, rays or points.
 const uint SPLAT_GROUP = 64;
+// Sides of a workgroup of the shaders that have a thread for each texel or pixel.
+const uint GROUP_SIDE = 8;
+// Workgroups in a row of a dispatch that every device supports.
+const uint MAX_ROW = 65535;
 // Pairs per thread of compact.comp. Sums within a group are the main cost, so there are few groups.
 const uint PAIRS_PER_THREAD = 8;
 // Corners of the two triangles of a quad; see quad.glsl.
@@ -115,9 +119,6 @@ const uint MASKED_LIGHTS = 23;
 const uint IS_LIT = 0;
 const uint IS_DARK = 1;
 const uint IS_MIXED = 2;
-
-// Workgroups in a row of a dispatch over a list.
-const uint MAX_ROW = 65535;
 
 // Environment cells that a texel has rays to: every cell is that of one of DIRECT_CELLS_SIDE^2 neighbouring texels.
 const uint DIRECT_CELLS = 256;

@@ -1,7 +1,7 @@
 // What rays of the camera show: light in the maps of diffuse surfaces, lamps, the background. For shade.comp and
 // shade_mirrors.comp.
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 TRIANGLES(0)
 NORMALS(1)
 NODES(2)

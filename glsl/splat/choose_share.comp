@@ -3,7 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 // Per block of pairs, receiver and level: errors of images, of shadows and of profiles, and patches beyond one for
 // each pair.
 layout(std430, binding = 0) readonly buffer Errors { vec4 errors[]; };

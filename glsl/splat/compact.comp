@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 1) readonly buffer GroupCounts { uvec2 group_counts[]; }; // splats, lit pairs
 layout(std430, binding = 2) writeonly buffer Quads { uint quads[]; }; // index buffer of the draw

@@ -3,7 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 FACETS(0)
 FACET_IMAGES(1)
 layout(std430, binding = 2) readonly buffer Shares { ReceiverShare shares[]; };

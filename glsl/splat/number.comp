@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) buffer Numbers { uvec2 numbers[]; };
 layout(std430, binding = 1) writeonly buffer BlockSums { uvec2 block_sums[]; };
 layout(std430, binding = 2) readonly buffer UnitTotals { uint unit_totals[]; }; // as scan.comp writes them

@@ -5,7 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 TRIANGLES(0)
 NODES(1)
 OBJECTS(2)

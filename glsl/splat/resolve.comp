@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 PLANAR_RECEIVERS(0)
 layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per receiver: bit l is set where footprints are in level l
 layout(binding = 2, rgba32f) uniform image2D light_map;

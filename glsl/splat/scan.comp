@@ -3,7 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
 // Two VkDispatchIndirectCommands, of a thread for each unit of either sum, the two totals, and an unused word; then for
 // every batch of units of the first sum a VkDispatchIndirectCommand, a VkDrawIndexedIndirectCommand of a quad for each,

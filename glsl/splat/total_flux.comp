@@ -3,7 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 FACET_IMAGES(0)
 layout(std430, binding = 1) writeonly buffer Shares { ReceiverShare shares[]; };
 layout(push_constant) uniform TotalPush {

@@ -3,7 +3,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 layout(binding = 0) uniform sampler2D view;
 layout(std430, binding = 1) buffer Counts { uint counts[]; };
 layout(std430, binding = 2) buffer Pixels { uint pixels[]; };

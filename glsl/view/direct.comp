@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = GROUP_SIDE, local_size_y = GROUP_SIDE) in;
 LIGHTS(0)
 SURFACES(1)
 layout(std430, binding = 2) readonly buffer Blocks { uint blocks[]; };

@@ -5,7 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = GROUP_SIDE, local_size_y = GROUP_SIDE) in;
 TRIANGLES(0)
 NODES(1)
 SURFACES(2)
@@ -27,7 +27,7 @@ void main() {
     PlanarReceiver plane = plane_of(surface);
     // A workgroup has 32 x 2 texels. Those of neighbouring threads have the same cells, so that their rays stay together.
     uvec2 thread = gl_LocalInvocationID.xy;
-    uvec2 texel = gl_WorkGroupID.xy * uvec2(8 * DIRECT_CELLS_SIDE, 8 / DIRECT_CELLS_SIDE) + uvec2(DIRECT_CELLS_SIDE * thread.x + thread.y % DIRECT_CELLS_SIDE, thread.y / DIRECT_CELLS_SIDE);
+    uvec2 texel = gl_WorkGroupID.xy * uvec2(GROUP_SIDE * DIRECT_CELLS_SIDE, GROUP_SIDE / DIRECT_CELLS_SIDE) + uvec2(DIRECT_CELLS_SIDE * thread.x + thread.y % DIRECT_CELLS_SIDE, thread.y / DIRECT_CELLS_SIDE);
     texel += uvec2(push.first.x * DIRECT_CELLS_SIDE, push.first.y / DIRECT_CELLS_SIDE);
     uvec2 size = uvec2(environment_size(surface));
     if (texel.x >= size.x || texel.y >= size.y) return;

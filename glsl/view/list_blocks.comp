@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 SURFACES(0)
 layout(std430, binding = 1) readonly buffer BlockSurfaces { uint block_surfaces[]; };
 layout(std430, binding = 2) readonly buffer Blocks { uint blocks[]; };

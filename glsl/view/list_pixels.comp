@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = GROUP_SIDE, local_size_y = GROUP_SIDE) in;
 LIGHTS(0)
 layout(binding = 1) uniform usampler2D visible;   // triangles at the samples of this part of the picture
 layout(binding = 4) uniform sampler2D visible_depth; // near / distance

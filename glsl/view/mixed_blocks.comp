@@ -5,7 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = BLOCK, local_size_y = BLOCK) in;
 TRIANGLES(0)
 NODES(1)
 LIGHTS(2)

@@ -5,7 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = GROUP_SIDE, local_size_y = GROUP_SIDE) in;
 SURFACES(0)
 layout(binding = 1) uniform sampler2D environment_rays;
 layout(binding = 2, rgba32f) uniform writeonly image2D environment_direct_map;

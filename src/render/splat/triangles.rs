@@ -113,7 +113,7 @@ impl Triangles {
         let targets = u64::from(scene.planar_targets());
         let lights = u64::from(scene.lights.count);
         let pairs = u64::from(facets.facet_count) * lights;
-        let limit = u64::from(u32::MAX / 64);
+        let limit = u64::from(u32::MAX / SPLAT_GROUP);
         let aim = Aim::new(
             settings,
             scene.patch_budget,
