@@ -82,6 +82,13 @@ const float FIRST_SHARE = 0.0078125;
 // A receiver's light is divided into at least this number of patches over the error to aim for: what blocks or bends light between
 // corners that agree goes unseen by the estimate.
 const float MIN_PATCHES_PER_ERROR = 8.0;
+// `Facet.place`: the number of the facet among those of its triangle, and from this bit on their number along an edge.
+const int FACET_DIVISION_SHIFT = 16;
+// Positions in the packed triangles of a patch, see patch_splats.glsl: of the number of parts, of whether rays decide for each
+// triangle, and of whether the patch is clipped.
+const int PARTS_SHIFT = 8;
+const int MIXED_SHIFT = 10;
+const int CLIPPED_SHIFT = 11;
 // Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
 const float MAX_TRIANGLES_PER_PATCH = 24.0;
 // `TriangleSplat.upper` of a splat that is drawn as the triangle around it, not as a rectangle.

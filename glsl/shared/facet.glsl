@@ -140,5 +140,5 @@ uvec2 lattice_place(uint index, uint n) {
 // The facet as a part of its triangle.
 Cell facet_cell(Facet facet) {
     Cell whole = Cell(vec2(0.0), mat2(1.0));
-    return cell_of(whole, facet.place & 0xffffu, facet.place >> 16);
+    return cell_of(whole, facet.place & ((1u << FACET_DIVISION_SHIFT) - 1u), facet.place >> FACET_DIVISION_SHIFT);
 }

@@ -278,7 +278,7 @@ struct MeshFootprint {
 // A caster's triangle, or one of the size^2 equal parts of a coarse one.
 struct Facet {
     uint triangle;
-    uint place;      // index of the part | size << 16
+    uint place;      // index of the part | size << FACET_DIVISION_SHIFT
     uint corner0;    // indices into FacetCorners
     uint corner1;
     uint corner2;

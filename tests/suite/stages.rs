@@ -10,8 +10,8 @@ use bytemuck::Zeroable;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles, vec2, vec3, vec4};
 use nephroid::gpu::{BoundPipeline, Buffer, Recorder, Resource, Shader, shaders};
 use nephroid::render::gpu_types::constants::{
-    ARGUMENT_WORDS, AS_TRIANGLE, BATCH_DRAW_WORD, CLUSTER_STARTS, DIELECTRIC, MIRROR,
-    SECOND_UNITS_WORD, UNITS_WORD,
+    ARGUMENT_WORDS, AS_TRIANGLE, BATCH_DRAW_WORD, CLIPPED_SHIFT, CLUSTER_STARTS, DIELECTRIC,
+    FACET_DIVISION_SHIFT, MIRROR, PARTS_SHIFT, SECOND_UNITS_WORD, UNITS_WORD,
 };
 use nephroid::render::gpu_types::{
     ClusterStart, CompactPush, Facet, FacetImage, FacetPatches, FacetPush, Footprint, Light,
@@ -189,7 +189,7 @@ fn facet(patch: &Patch, object: &Object) -> Vec<(&'static str, Vec<u8>)> {
         ..Normals::zeroed()
     };
     let whole = Facet {
-        place: 1 << 16,
+        place: 1 << FACET_DIVISION_SHIFT,
         corner1: 1,
         corner2: 2,
         ..Facet::zeroed()
@@ -254,7 +254,7 @@ fn triangle_splat(patch: &Patch, flags: u32) -> TriangleSplat {
         ("patch_numbers", vec![0; 8]),
         ("totals", totals.clone()),
         ("splat_numbers", vec![0; 8]),
-        ("patch_splats", bytes(&[1u32 | 1 << 8 | flags])),
+        ("patch_splats", bytes(&[1u32 | 1 << PARTS_SHIFT | flags])),
         ("splat_sums", vec![0; 8]),
         ("splat_totals", totals),
         ("triangle_splats", vec![0; size_of::<TriangleSplat>()]),
@@ -315,8 +315,7 @@ fn a_flat_facet_is_a_triangle() {
 /// by ⅔ toward that corner; the cut is found to 1/64 of a side.
 #[test]
 fn a_facet_is_clipped_at_the_receiver() {
-    const CLIPPED: u32 = 1 << 11;
-    let splat = triangle_splat(&upright(0.0), CLIPPED);
+    let splat = triangle_splat(&upright(0.0), 1 << CLIPPED_SHIFT);
     let corners = [splat.corners01.xy(), splat.corners01.zw(), splat.corner2];
     let place = |corner: Vec2| splat.lower + corner;
     let centre = corners.into_iter().map(place).sum::<Vec2>() / 3.0;
