@@ -10,7 +10,7 @@ layout(std430, binding = 2) buffer Refined { ChainLattice refined[]; };
 layout(std430, binding = 3) buffer Waves { uint waves[]; }; // see scan_chains.comp
 #include "chain_push.glsl"
 // Whether a medium disperses light.
-layout(constant_id = 8) const bool DISPERSES = false;
+layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
 #include "dispatch_arguments.glsl"
 
 // A lattice with all its refinements, all rays of which land, has the error to aim for in its own light. The error falls with the

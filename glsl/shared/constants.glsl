@@ -1,6 +1,18 @@
 // Constants that the host and the shaders share. build.rs makes Rust constants of the same names of them, with the
 // comment above each as documentation.
 
+// Ids of the specialisation constants, each of which is a bool of the same name: what the scene has, by which shaders leave
+// out code.
+const int ID_ONLY_MIRRORS = 0;
+const int ID_AREA_BY_PRODUCT = 1;
+const int ID_BEAMS = 2;
+const int ID_HAS_LAMPS = 3;
+const int ID_HAS_ENVIRONMENT = 4;
+const int ID_HAS_ATLAS = 5;
+const int ID_HAS_POINTS = 6;
+const int ID_HAS_TEXTURES = 7;
+const int ID_DISPERSES = 8;
+
 // `Triangle.flags`: the triangle casts shadows.
 const uint OCCLUDES = 1;
 // `Triangle.flags`: the triangle belongs to a mesh receiver.

@@ -4,7 +4,7 @@
 #include "light_axes.glsl"
 
 // The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
-layout(constant_id = 2) const bool BEAMS = false;
+layout(constant_id = ID_BEAMS) const bool BEAMS = false;
 
 struct CellImage {
     vec2 corners[3];   // texels

@@ -4,7 +4,7 @@
 
 const uint MEDIA_SLOTS = 4;
 // Whether a medium disperses light.
-layout(constant_id = 8) const bool DISPERSES = false;
+layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
 
 uint medium_in(uvec2 media, uint slot) {
     return (slot < 2 ? media.x : media.y) >> (16 * (slot & 1)) & 0xffffu;

@@ -23,10 +23,10 @@ TEXTURE_LEVELS(17)
 layout(binding = 18) uniform sampler2D textures;
 
 // What the scene has. The compiler removes code for what it has not.
-layout(constant_id = 3) const bool HAS_LAMPS = true;
-layout(constant_id = 4) const bool HAS_ENVIRONMENT = true;
-layout(constant_id = 5) const bool HAS_ATLAS = true;
-layout(constant_id = 6) const bool HAS_POINTS = true;
+layout(constant_id = ID_HAS_LAMPS) const bool HAS_LAMPS = true;
+layout(constant_id = ID_HAS_ENVIRONMENT) const bool HAS_ENVIRONMENT = true;
+layout(constant_id = ID_HAS_ATLAS) const bool HAS_ATLAS = true;
+layout(constant_id = ID_HAS_POINTS) const bool HAS_POINTS = true;
 
 #include "view_ray.glsl"
 #include "trace.glsl"

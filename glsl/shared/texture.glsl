@@ -1,7 +1,7 @@
 // Textures of diffuse surfaces. The including shader declares TEXTURE_LEVELS and the sampler `textures`.
 
 // Whether the scene has textures. The compiler removes code for what it has not.
-layout(constant_id = 7) const bool HAS_TEXTURES = true;
+layout(constant_id = ID_HAS_TEXTURES) const bool HAS_TEXTURES = true;
 
 // Samples along a footprint's longer axis, at most.
 const int MAX_PROBES = 4;

@@ -42,7 +42,7 @@ FACET_IMAGES(18)
 #define FIRST_SPLAT(i) splat_numbers[i].x
 
 // For measurements: beams take the product of two lengths for the area of an image, see product_over_area().
-layout(constant_id = 1) const bool AREA_BY_PRODUCT = false;
+layout(constant_id = ID_AREA_BY_PRODUCT) const bool AREA_BY_PRODUCT = false;
 
 // Lower bound on the length and height of a triangle over the blur, so that no area is zero.
 const float MIN_THICKNESS = 1.0 / 16.0;

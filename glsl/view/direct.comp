@@ -10,7 +10,7 @@ SURFACES(1)
 layout(std430, binding = 2) readonly buffer Blocks { uint blocks[]; };
 layout(binding = 3) uniform sampler2D environment_direct_map;
 layout(binding = 4, rgba32f) uniform writeonly image2D direct_map;
-layout(constant_id = 4) const bool HAS_ENVIRONMENT = true;
+layout(constant_id = ID_HAS_ENVIRONMENT) const bool HAS_ENVIRONMENT = true;
 layout(push_constant) uniform DirectPush {
     uvec2 first;         // first texel of this rectangle in the surface's tile
     uint surface;

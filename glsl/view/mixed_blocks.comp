@@ -18,7 +18,7 @@ layout(std430, binding = 10) buffer TexelCounts { uint texel_counts[]; };
 layout(std430, binding = 11) writeonly buffer Texels { uvec2 texels[]; };
 layout(binding = 8) uniform sampler2D environment_direct_map;
 layout(binding = 9, rgba32f) uniform writeonly image2D direct_map;
-layout(constant_id = 4) const bool HAS_ENVIRONMENT = true;
+layout(constant_id = ID_HAS_ENVIRONMENT) const bool HAS_ENVIRONMENT = true;
 layout(push_constant) uniform ListedPush {
     uint first;          // first item
     uint light_count;
