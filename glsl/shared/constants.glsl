@@ -87,6 +87,8 @@ const uint MESH_FOOTPRINT_SLOTS = 32;
 const uint CLUSTER_STARTS = 4;
 // Exponent p of the sharpest kernel of the table of profiles. Flat patches use it.
 const float SHARPEST = 7.0;
+// The same of the sharpest kernel that curved patches use.
+const float SHARPEST_CURVED = 4.0;
 
 // Level k of patch shares is FIRST_SHARE / 2^k.
 const uint SHARE_LEVELS = 14;
