@@ -80,12 +80,11 @@ bool project_image(Patch patch_, float side, Light light, float eta, bool refrac
     // Level choice as for footprints, but here the kernel blurs an edge.
     float determinant = cross2(of_patch[0], of_patch[1]);
     float minor = minor_eigenvalue(covariance, determinant * determinant);
-    int level = level_for(receiver, min(COARSE_TEXEL * COARSE_TEXEL * minor, 1e6));
-    Level tile = level_of(receiver, level);
-    float scale = 1.0 / float(1 << level);
+    SplatLevel target = splat_level(receiver, min(COARSE_TEXEL * COARSE_TEXEL * minor, 1e6));
+    int level = target.level;
+    float scale = target.scale;
     covariance = covariance * (scale * scale) + (1.0 / 12.0 - 0.25 * (1.0 - scale * scale)) * vec3(1.0, 0.0, 1.0);
-    vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
-    vec2 foot = vec2(tile.origin) + (to_texels(receiver, patch_.position) - origin) * scale;
+    vec2 foot = place_on(target, to_texels(receiver, patch_.position));
 
     // The cell's axes as the patch reflects or refracts them. In these axes the direction to a texel is linear in the
     // texel; refraction adds a component along the normal, see normal_coefficient().
@@ -181,7 +180,7 @@ bool project_image(Patch patch_, float side, Light light, float eta, bool refrac
         high = max(high, place);
     }
     vec2 tile_low, tile_high;
-    level_bounds(tile, level, tile_low, tile_high);
+    level_bounds(target.tile, level, tile_low, tile_high);
     low = clamp(foot + low, tile_low, tile_high);
     high = clamp(foot + high, tile_low, tile_high);
     if (!all(lessThan(low, high)) || !arrives(members.x, side, sent.ray, lobe_eta, receiver, point.y)) return false;

@@ -31,6 +31,7 @@ FACET_IMAGES(18)
 #include "kernel_fit.glsl"
 #include "blurred_triangle.glsl"
 #include "planar_receiver.glsl"
+#include "level_kernel.glsl"
 #include "facet.glsl"
 #include "facet_image.glsl"
 #include "facet_rays.glsl"
@@ -62,28 +63,10 @@ const float MAX_AREA = 1.5;
 // Variance of a light's image below which a texel alone gives the profile, texels^2.
 const float MIN_DISC = 0.01;
 
-// The level of a light map that a splat goes to. Interpolation of level l adds the variance (4^l - 1)/4 on each axis, so
-// that splats are narrowed by that variance first.
-struct SplatLevel {
-    Level tile;
-    int level;
-    float scale;     // texels of the level over those of the light map
-    vec2 origin;     // of the light map
-    float variance;  // that interpolation adds, in texels^2 of the light map
-    float area;      // of a texel of the level, m^2
-};
-
-// The coarsest level for splats with this covariance, in texels^2.
-SplatLevel splat_level(PlanarReceiver receiver, vec3 covariance) {
+// The variance along the narrower axis of a covariance, in texels^2.
+float narrow_variance(vec3 covariance) {
     float determinant = covariance.x * covariance.z - covariance.y * covariance.y;
-    int level = level_for(receiver, clamp(minor_eigenvalue(covariance, determinant), 0.0, 1e6));
-    float width = float(1 << level);
-    return SplatLevel(level_of(receiver, level), level, 1.0 / width, vec2(receiver.tile_x, receiver.tile_y),
-        0.25 * (width * width - 1.0), width * width * texel_area(receiver));
-}
-
-vec2 place_on(SplatLevel level, vec2 texel) {
-    return vec2(level.tile.origin) + (texel - level.origin) * level.scale;
+    return clamp(minor_eigenvalue(covariance, determinant), 0.0, 1e6);
 }
 
 // The texels of `level` whose centres are between `low` and `high`, which have no perspective yet. Returns whether there are
@@ -176,28 +159,26 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     // Root of the covariance of the triangle between the midpoints.
     mat2 of_patch = mat2((image.midpoints[0] - image.midpoints[1]) * sqrt(1.0 / 6.0), (image.midpoints[2] - centre) * sqrt(0.5));
     Kernel kernel = kernel_for(of_patch * sqrt(KERNEL_SPREAD), image.of_light, 1.0 / 12.0, SHARPEST_CURVED);
-    SplatLevel target = splat_level(receiver, kernel.covariance);
+    SplatLevel target = splat_level(receiver, narrow_variance(kernel.covariance));
     level = target.level;
-    kernel = rescaled(kernel, target.variance, target.scale);
-    centre = place_on(target, centre);
-    vec2 half_size = sqrt(kernel.profile.support * kernel.covariance.xz);
+    LevelKernel here = on_level(kernel, centre, target);
     splat.slant = image.slant / target.scale;
-    if (!set_bounds(splat, target, centre, centre - half_size, centre + half_size) || !(kernel.determinant > 0.0)) return false;
-    splat.origin = centre;
-    vec3 conic = conic_of(kernel);
-    float peak = peak_of(kernel);
-    vec2 first = floor(centre - half_size) + 0.5;
-    vec2 box = ceil(centre + half_size) - floor(centre - half_size) - 0.5;
+    if (!set_bounds(splat, target, here.centre, here.centre - here.half_size, here.centre + here.half_size) || !(here.kernel.determinant > 0.0)) return false;
+    splat.origin = here.centre;
+    vec3 conic = conic_of(here.kernel);
+    float peak = peak_of(here.kernel);
     splat.irradiance = image.flux * peak / target.area;
     // The sum over texels of a small kernel differs from its integral.
-    if (box.x * box.y <= MAX_NORMALISED_TEXELS) {
+    if (is_small(here)) {
+        vec2 box = box_of(here);
+        vec2 first = floor(here.centre - here.half_size) + 0.5;
         float sum = 0.0;
         for (float y = 0.0; y < box.y; y += 1.0) {
-            for (float x = 0.0; x < box.x; x += 1.0) sum += kernel_value(kernel.profile.flatness, quadratic2(conic, first + vec2(x, y) - centre));
+            for (float x = 0.0; x < box.x; x += 1.0) sum += kernel_value(here.kernel.profile.flatness, quadratic2(conic, first + vec2(x, y) - here.centre));
         }
         if (sum > 0.0) splat.irradiance /= sum * peak;
     }
-    splat.to_box = vec4(conic, kernel.profile.flatness);
+    splat.to_box = vec4(conic, here.kernel.profile.flatness);
     splat.corners01 = vec4(0.0);
     splat.corner2 = vec2(0.0);
     splat.density12 = vec2(0.0);
@@ -221,7 +202,7 @@ bool is_small_around(vec2 q[3], mat2 blur, TriangleSplat splat, SplatLevel level
 // The image as a triangle, blurred by a parallelogram. Returns whether it lights the receiver's texels; `level` is the
 // level that they belong to.
 bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
-    SplatLevel target = splat_level(receiver, image.blur);
+    SplatLevel target = splat_level(receiver, narrow_variance(image.blur));
     level = target.level;
     mat2 blur = blur_box((image.blur - target.variance * vec3(1.0, 0.0, 1.0)) * (target.scale * target.scale));
     vec2 centre = place_on(target, image.midpoints[1]);
