@@ -26,8 +26,9 @@ Cone reflected_cone(Cone cone, float curvature) {
 // The same, refracted. `cosine` is of the ray to the normal.
 Cone refracted_cone(Cone cone, float curvature, float cosine, float eta) {
     float cos_t = sqrt(max(1.0 - eta * eta * (1.0 - cosine * cosine), 0.0));
-    float bend = (eta * cosine - cos_t) / max(cosine, 0.05);
-    return Cone(cone.width, eta * cone.spread + bend * curvature * cone.width);
+    // Change of the direction over that of the normal.
+    float change = (eta * cosine - cos_t) / max(cosine, 0.05);
+    return Cone(cone.width, eta * cone.spread + change * curvature * cone.width);
 }
 
 // Change of texture coordinates with a position in the triangle's plane.

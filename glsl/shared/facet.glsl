@@ -43,7 +43,7 @@ vec3 normal_at(Surface surface, vec2 st) {
 struct OutgoingRay {
     vec3 position;
     vec3 direction;  // unit; 0 where all light is reflected totally
-    vec3 sent;       // light per area of the surface: the irradiance over Light.power times the lobe's share
+    vec3 irradiance_factor; // irradiance of the surface over Light.power, times the lobe's share
     float margin;    // < 0: no light of this lobe leaves the point
 };
 
@@ -59,7 +59,7 @@ OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
     ray.margin = min(min(cosine, dot(surface.facing, disc.direction)), eta == 0.0 ? aside : -aside);
     cosine = max(cosine, 0.0);
     vec3 share = reflected_share(surface.object, cosine, surface.eta);
-    ray.sent = disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
+    ray.irradiance_factor = disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
     return ray;
 }
 

@@ -107,17 +107,17 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
         OutgoingRay ray = rays.corners[i];
         Landing landing = land(surface, ray, receiver);
         bool lands = landing.margin >= 0.0;
-        vec3 light_sent = lands ? ray.sent : vec3(0.0);
+        vec3 irradiance_factor = lands ? ray.irradiance_factor : vec3(0.0);
         image.corners[i] = landing.texel;
         image.margins[i] = landing.margin;
-        image.density[i] = dot(light_sent, vec3(1.0));
+        image.density[i] = dot(irradiance_factor, vec3(1.0));
         all_send = all_send && ray.direction != vec3(0.0);
-        at_corners += light_sent;
+        at_corners += irradiance_factor;
         OutgoingRay middle = rays.midpoints[i];
         Landing middle_landing = land(surface, middle, receiver);
         bool middle_lands = middle_landing.margin >= 0.0;
         image.midpoints[i] = middle_landing.texel;
-        at_midpoints += middle_lands ? middle.sent : vec3(0.0);
+        at_midpoints += middle_lands ? middle.irradiance_factor : vec3(0.0);
         image.is_whole = image.is_whole && lands && middle_lands;
         some = some || lands || middle_lands;
         if (i == 1) {

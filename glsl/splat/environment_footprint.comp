@@ -60,17 +60,17 @@ float landing_share(float variance) {
     return q * q * q * (10.0 + q * (6.0 * q - 15.0));
 }
 
-// Root of the covariance, in texels, by the directions of the light. The nine parts of the cell have the variance of the
-// part that is sent, less that within each of them, 1/9 of the cell's.
-mat2 light_image(Light light, SentLight sent, vec3 normal, float eta, PlanarReceiver receiver, float path) {
-    vec3 r = sent.outgoing;
-    vec2 a = landing_change(receiver, r, path / 3.0 * outgoing_change(sent.toward, normal, light.axis1, vec3(0.0), eta));
-    vec2 b = landing_change(receiver, r, path / 3.0 * outgoing_change(sent.toward, normal, light.axis2, vec3(0.0), eta));
+// Root of the covariance, in texels, that the directions of the light give to the image: that within each of the nine parts of
+// the cell, 1/9 of the cell's, plus that between the parts.
+mat2 light_image(Light light, OutgoingLight outgoing, vec3 normal, float eta, PlanarReceiver receiver, float path) {
+    vec3 r = outgoing.direction;
+    vec2 a = landing_change(receiver, r, path / 3.0 * outgoing_change(outgoing.toward, normal, light.axis1, vec3(0.0), eta));
+    vec2 b = landing_change(receiver, r, path / 3.0 * outgoing_change(outgoing.toward, normal, light.axis2, vec3(0.0), eta));
     // Rows of the linear map from changes of direction to texels.
     mat3 axes = mat3(1.0);
     mat3x2 change = mat3x2(
         landing_change(receiver, r, path * axes[0]), landing_change(receiver, r, path * axes[1]), landing_change(receiver, r, path * axes[2]));
-    mat2 between = change * sent.covariance * transpose(change);
+    mat2 between = change * outgoing.covariance * transpose(change);
     vec3 covariance = outer2(a) + outer2(b) + CELL_SPREAD * vec3(between[0][0], between[0][1], between[1][1]);
     float root = sqrt(max(covariance.x, 1e-12));
     float beside = covariance.y / root;
@@ -210,16 +210,16 @@ void main() {
             for (uint index = 0; index < push.receiver_count; index++) {
                 PlanarReceiver receiver = planar_receiver_at(index);
                 if (!is_close_cluster(patch_, receiver)) continue;
-                SentLight sent;
-                if (!send(patch_, cell, eta, lobe == 1, receiver, point.x, sent)) continue;
-                if (!arrives(pair.x, side, sent.ray, lobe_eta, receiver, point.y)) continue;
-                vec3 r = sent.outgoing;
+                OutgoingLight outgoing;
+                if (!outgoing_light(patch_, cell, eta, lobe == 1, receiver, point.x, outgoing)) continue;
+                if (!arrives(pair.x, side, outgoing.ray, lobe_eta, receiver, point.y)) continue;
+                vec3 r = outgoing.direction;
                 PatchImage image;
                 image.mean_distance = dot(receiver.origin - patch_.position, receiver.normal) / dot(r, receiver.normal);
                 image.centre = to_texels(receiver, patch_.position + image.mean_distance * r);
-                image.root = cluster_image(patch_, sent.toward, normal, lobe_eta, receiver, r, image.mean_distance);
-                image.light_root = light_image(light, sent, normal, lobe_eta, receiver, image.mean_distance);
-                vec3 flux = light.power * patch_.area * sent.cosine;
+                image.root = cluster_image(patch_, outgoing.toward, normal, lobe_eta, receiver, r, image.mean_distance);
+                image.light_root = light_image(light, outgoing, normal, lobe_eta, receiver, image.mean_distance);
+                vec3 flux = light.power * patch_.area * outgoing.cosine;
                 count += footprints_of(patch_, image, flux, lobe_eta, r, receiver, index, first_slot + count);
             }
         }

@@ -64,14 +64,14 @@ bool project_image(Patch patch_, float side, Light light, float eta, bool refrac
 
     Cell cell = cell_of(light);
     vec2 point = pair_point(members);
-    SentLight sent;
-    if (!send(patch_, cell, eta, refracts, receiver, point.x, sent)) return false;
-    vec3 middle = sent.toward;
+    OutgoingLight outgoing;
+    if (!outgoing_light(patch_, cell, eta, refracts, receiver, point.x, outgoing)) return false;
+    vec3 middle = outgoing.toward;
     vec3 r = outgoing_direction(middle, normal, lobe_eta);
     if (r == vec3(0.0)) return false;
     // The mean of a wide cell may leave away from the receiver.
     r = normalize(r - max(dot(r, m) + GRAZING, 0.0) * m);
-    float range = refracts ? 0.0 : range_along(bend_of(patch_), normal, middle);
+    float range = refracts ? 0.0 : range_along(normal_change_of(patch_), normal, middle);
     float path = height / -dot(r, m);
 
     mat2 of_patch = cluster_image(patch_, middle, normal, lobe_eta, receiver, r, path) * sqrt(push.spread);
@@ -183,7 +183,7 @@ bool project_image(Patch patch_, float side, Light light, float eta, bool refrac
     level_bounds(target.tile, level, tile_low, tile_high);
     low = clamp(foot + low, tile_low, tile_high);
     high = clamp(foot + high, tile_low, tile_high);
-    if (!all(lessThan(low, high)) || !arrives(members.x, side, sent.ray, lobe_eta, receiver, point.y)) return false;
+    if (!all(lessThan(low, high)) || !arrives(members.x, side, outgoing.ray, lobe_eta, receiver, point.y)) return false;
 
     if (level > 0) atomicOr(coarse[index], 1u << level);
 
