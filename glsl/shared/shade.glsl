@@ -15,7 +15,7 @@ layout(binding = 9, rgba32f) uniform writeonly image2D view;
 layout(std430, binding = 10) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 11) readonly buffer TrianglePointsBuffer { TrianglePoints triangle_points[]; };
 layout(std430, binding = 12) readonly buffer PointLight { vec4 point_light[]; };
-layout(binding = 13) uniform usampler2D visible;   // triangles at the samples of this part of the picture
+layout(binding = 13) uniform usampler2D visible;   // triangles at the samples of this tile of the picture
 layout(std430, binding = 14) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 15) readonly buffer Pixels { uint pixels[]; };
 TEXTURED_TRIANGLES(16)

@@ -15,7 +15,7 @@ const bool HAS_ENVIRONMENT = true;
 #include "background.glsl"
 
 void main() {
-    vec2 p = (push.part + gl_FragCoord.xy) / push.size * 2.0 - 1.0;
+    vec2 p = (push.tile + gl_FragCoord.xy) / push.size * 2.0 - 1.0;
     vec3 direction = normalize(push.forward + p.x * push.right - p.y * push.up);
     result = vec4(background(direction, push.rotation, push.light_count), 1.0);
 }

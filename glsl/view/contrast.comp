@@ -17,7 +17,7 @@ const float EDGE = 1.15;
 const ivec2 NEIGHBOURS[4] = ivec2[](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
 
 vec3 radiance_at(ivec2 pixel) {
-    return texelFetch(view, clamp(pixel, ivec2(push.part), ivec2(push.end) - 1), 0).rgb;
+    return texelFetch(view, clamp(pixel, ivec2(push.tile), ivec2(push.end) - 1), 0).rgb;
 }
 
 void main() {

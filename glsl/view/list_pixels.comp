@@ -6,7 +6,7 @@
 
 layout(local_size_x = GROUP_SIDE, local_size_y = GROUP_SIDE) in;
 LIGHTS(0)
-layout(binding = 1) uniform usampler2D visible;   // triangles at the samples of this part of the picture
+layout(binding = 1) uniform usampler2D visible;   // triangles at the samples of this tile of the picture
 layout(binding = 4) uniform sampler2D visible_depth; // near / distance
 layout(std430, binding = 5) readonly buffer SmoothGroups { uint smooth_groups[]; };
 layout(std430, binding = 2) buffer Counts { uint counts[]; };
@@ -40,7 +40,7 @@ bool is_flat(vec4 depth) {
 void main() {
     uvec2 pixel = push.first + gl_GlobalInvocationID.xy;
     if (pixel.x >= push.end.x || pixel.y >= push.end.y) return;
-    ivec2 corner = ivec2((pixel - push.part) * push.side);
+    ivec2 corner = ivec2((pixel - push.tile) * push.side);
     int last = int(push.side) - 1;
     uint first = texelFetch(visible, corner, 0).r;
     bool is_even = true;

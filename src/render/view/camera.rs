@@ -310,7 +310,7 @@ impl View {
             forward,
             rotation,
             size,
-            part: Vec2::ZERO,
+            tile: Vec2::ZERO,
         }
     }
 
@@ -331,7 +331,7 @@ impl View {
             forward: forward.as_vec3(),
             capacity: 2 * self.part[0] * self.part[1],
             size: UVec2::new(width, height).as_vec2(),
-            part,
+            tile: part,
             first: part,
             end: part + UVec2::from(size),
         }
