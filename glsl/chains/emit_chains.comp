@@ -71,6 +71,6 @@ void main() {
             }
         }
     }
-    // Where rounding made more of them when they were counted.
+    // Rounding may have made more footprints when they were counted. Those that are left have no extent.
     for (; place.y < last; place.y++) footprints[place.y] = no_footprint();
 }

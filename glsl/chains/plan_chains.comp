@@ -16,9 +16,9 @@ layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
 // A lattice with all its refinements, all rays of which land, has the error to aim for in its own light. The error falls with the
 // root of the number of rays that land. It adds at most this share of the error to the light of its receivers.
 const float MAX_ADDED = 0.5;
-// A receiver with less than this share of all light is judged as if it had so much.
+// A receiver with less than this share of all light is judged as if it had this share.
 const float DIM_RECEIVER = 0.01;
-// Of a lattice without chains.
+// Number of refinements of a lattice without chains.
 const uint NONE = 0xffffffffu;
 
 // The light that lands on each receiver, W. Receivers whose numbers are SPLAT_GROUP apart count as one.

@@ -24,7 +24,7 @@ layout(push_constant) uniform PointsPush {
     uint mesh_receiver_count;
     uint lobes;         // 1: reflected light; 2: also refracted light
     uint can_occlude;
-    uint max_interfaces; // specular surfaces on a chain, at most; 1: nothing chains
+    uint max_interfaces; // maximum number of specular surfaces on a chain; 1: no chains
     float area;         // total area of the lit triangles, m^2
     float spectral_middle; // coordinate of the wavelength of Object.index
 } push;

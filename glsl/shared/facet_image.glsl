@@ -53,8 +53,8 @@ CellRays rays_of(Surface surface, Cell cell, Light light, float eta) {
 // Standard deviation of the disc's perspective, 1 / (1 - slant.d), above which its image is not an ellipse: that of the
 // sun is 0.01 where its light descends by 13 degrees.
 const float LEAST_PERSPECTIVE = 0.01;
-// The same of an image over that of the disc, and over a texel, below which perspective is that of the disc. The corners of a
-// longer image have the perspective themselves, and a texel has none.
+// Largest perspective of the whole image over that of the disc, and of a texel, with which the disc's perspective counts: the
+// corners of a longer image have perspective themselves, and a texel has none.
 const float LARGEST_IMAGE = 2.0;
 const float LARGEST_SLANT = 0.25;
 

@@ -49,7 +49,7 @@ struct Medium {
     uint number;
 };
 
-// Of equal priorities, the body that was entered last.
+// Finds the medium of the body with the highest priority; among equal ones, of the body that was entered last.
 Medium filling(uvec2 media) {
     Medium found = Medium(1.0, 0.0, vec3(0.0), 0);
     float highest = -FAR;
@@ -64,7 +64,7 @@ Medium filling(uvec2 media) {
     return found;
 }
 
-// A body. A sheet is none.
+// Whether the object is a body, which a sheet is not.
 bool is_body(Object object) {
     return object.kind == DIELECTRIC && !is_sheet(object);
 }

@@ -22,7 +22,7 @@ TEXTURED_TRIANGLES(16)
 TEXTURE_LEVELS(17)
 layout(binding = 18) uniform sampler2D textures;
 
-// What the scene has. The compiler removes code for what it has not.
+// What the scene has. The compiler removes code that the scene does not need.
 layout(constant_id = ID_HAS_LAMPS) const bool HAS_LAMPS = true;
 layout(constant_id = ID_HAS_ENVIRONMENT) const bool HAS_ENVIRONMENT = true;
 layout(constant_id = ID_HAS_ATLAS) const bool HAS_ATLAS = true;
@@ -126,10 +126,10 @@ Hit hit_on(uint number, vec3 origin, vec3 direction) {
     vec3 s = origin - triangle.position;
     vec3 q = cross(s, triangle.edge1);
     float determinant = dot(triangle.edge1, p);
-    // Edge on: any point of it.
+    // Seen edge on, any point of the triangle will do.
     if (determinant == 0.0) return Hit(length(s), index, vec2(0.0));
     vec2 w = vec2(dot(s, p), dot(direction, q)) / determinant;
-    // The nearest point of the triangle, about: rays that started beside it might start within the object.
+    // Approximately the nearest point of the triangle: rays that start beside the triangle might start within the object.
     vec2 inside = max(w, 0.0);
     bool is_rect = triangle.twin != index;
     return Hit(dot(triangle.edge2, q) / determinant, index, is_rect ? w : inside / max(inside.x + inside.y, 1.0));

@@ -13,7 +13,7 @@ layout(std430, binding = 1) buffer Shares { ReceiverShare shares[]; };
 
 shared vec4 sums[SHARE_LEVELS];
 
-// Error at a level between two.
+// Error at a level that may lie between two whole ones.
 float error_at(float level) {
     uint low = min(uint(level), SHARE_LEVELS - 2);
     return exp2(mix(log2(estimated_error(sums[low].xyz)), log2(estimated_error(sums[low + 1].xyz)), level - float(low)));
@@ -43,7 +43,7 @@ void main() {
         chosen = 0.0;
         while (chosen < finest && error_at(chosen) > aim) chosen += 1.0;
         is_limited = error_at(chosen) > aim && finest < float(SHARE_LEVELS - 1);
-        // Between this level and the one before.
+        // Interpolates between this level and the one before.
         if (chosen > 0.0 && error_at(chosen) <= aim) {
             float before = log2(error_at(chosen - 1.0));
             float here = log2(error_at(chosen));

@@ -55,7 +55,7 @@ void main() {
             float height = second.x / parts;
             float of_patch = share / (parts * parts);
             float n = image_division(of_patch, deviation, height, blur, patch_share);
-            // The edge of a shadow crosses about so many patches.
+            // The edge of a shadow crosses about this number of patches.
             float crossed = (2.0 * parts - 1.0) * mixed;
             float finer = max(n, mixed_division(of_patch, longest, blur, patch_share));
             sums[level] += vec4(parts * parts * image_error(of_patch, deviation, longest, blur, n),

@@ -38,7 +38,7 @@ const float SOFT = sqrt(7.0);
 const float MAX_BOUNDED_AZIMUTH = 1.2;
 // Sine of elevation beyond which a cell is treated as ending at a pole.
 const float POLE = 0.9999;
-// Width of a coarse level's texel over the standard deviation of the blur's narrower axis, at most.
+// Maximum width of a coarse level's texel over the standard deviation of the blur's narrower axis.
 const float COARSE_TEXEL = 2.0;
 
 // Whether the cell also extends behind the patch, which faces the cell's centre.
@@ -133,7 +133,7 @@ bool project_image(Patch patch_, float side, Light light, float eta, bool refrac
     float share = blur.x / (blur.x + 1.0 / 3.0);
     float shear = clamp(blur.y / (blur.x + 1.0 / 3.0) * share, -1e3, 1e3);
     vec2 soft = SOFT * sqrt(max(vec2(blur.x, blur.z - shear * blur.y), 1e-8));
-    // The blur reaches around the vertical once at most.
+    // The blur reaches around the vertical at most once.
     soft.x = min(soft.x, PI / cell.half_azimuth - 1.0 + 1e-4);
 
     // Nothing lies beyond the poles, so edges at the poles stay sharp.

@@ -62,7 +62,7 @@ void main() {
         if (place.x == n || place.y == n || place.x + place.y == 0) return;
         Facet facet = facet_at(pair % push.facet_count);
         light_index = pair / push.facet_count;
-        // Where the facet's corners agree, so does everything between them.
+        // Where the facet's corners agree, everything between them is taken to agree.
         uvec3 corners_at = (light_index * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;
         bool agree = true;
         for (uint word = 0; word < words; word++) {

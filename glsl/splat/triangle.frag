@@ -52,7 +52,7 @@ float triangle_value(vec2 at) {
 
 void main() {
     vec2 at = gl_FragCoord.xy - origin_slant.xy;
-    // Without perspective, and the change of areas by that.
+    // The place without perspective, and the change of areas that perspective makes.
     float scale = 1.0 / max(1.0 + dot(origin_slant.zw, at), 1e-3);
     at *= scale;
     float value = irradiance_density0.w == IS_KERNEL ? kernel_value(to_box.w, quadratic2(to_box.xyz, at)) : triangle_value(at);

@@ -1,4 +1,4 @@
-// background: a triangle around the picture, farther than everything.
+// background: a triangle that covers the picture, farther away than everything.
 #version 460
 
 void main() {

@@ -1,6 +1,6 @@
-// environment rays: irradiance of rects from the environment. Every texel has rays to the cells of one of DIRECT_CELLS_SIDE^2 subsets, and so do
-// its neighbours to the others (Keller & Heidrich 2001). Alpha is the share of the light that is in shadow, or -1 for a
-// texel without any light, as under an object that stands on the rect.
+// environment rays: irradiance of rects from the environment. Every texel has rays to the cells of one of DIRECT_CELLS_SIDE^2
+// subsets, and its neighbours have rays to those of the other subsets (Keller & Heidrich 2001). Alpha is the share of the light
+// that is in shadow, or -1 for a texel without any light, such as one under an object that stands on the rect.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"

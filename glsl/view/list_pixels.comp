@@ -1,5 +1,5 @@
 // list pixels: pixels that show one triangle that reflects or refracts, from the front of the list, and pixels whose samples
-// show several triangles, or the edge of a light, from its end. Others are right as they were drawn.
+// show several triangles, or the edge of a light, from its end. Other pixels stay as they were drawn.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"

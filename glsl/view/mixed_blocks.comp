@@ -1,5 +1,5 @@
 // mixed blocks: direct light of the texels of blocks that a sun or lamp lights in part, in place of that of direct.comp. A beam
-// decides whether a light reaches a whole texel or nothing of it; other texels are listed for rays. Their alpha has the bits
+// decides whether a light reaches the whole texel or none of it; other texels are listed for rays. Their alpha has the bits
 // of the lights that need rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require

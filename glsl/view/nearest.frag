@@ -1,4 +1,4 @@
-// nearest: nothing but the depth.
+// nearest: writes only the depth.
 #version 460
 
 void main() {}

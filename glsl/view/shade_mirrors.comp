@@ -1,4 +1,4 @@
-// shade mirrors: as shade.comp, where no surface of the scene refracts, so that rays do not split.
+// shade mirrors: does what shade.comp does where no surface of the scene refracts, so that rays do not split.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"

@@ -1,4 +1,4 @@
-// sharp environment: rays of their own for the listed texels of the direct map of the environment.
+// sharp environment: listed texels of the direct map of the environment, each by its own rays to many cells.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"

@@ -32,14 +32,14 @@ void main() {
     const int side = int(DIRECT_CELLS_SIDE);
     vec3 sum = vec3(0.0);
     float weights = 0.0;
-    // Of the nearest neighbours only.
+    // The sum over the nearest neighbours only.
     vec4 near = vec4(0.0);
-    // Shares in shadow to the right less those to the left, and below less above.
+    // Shares in shadow to the right minus those to the left, and below minus above.
     vec2 change = vec2(0.0);
-    // Of the outermost texels, those on opposite sides have the same rays, and half the weight.
+    // The outermost texels on opposite sides have rays to the same cells, and therefore half the weight.
     for (int y = -side / 2; y <= side / 2; y++) {
         for (int x = -side / 2; x <= side / 2; x++) {
-            // Beyond the edge, a texel inside has the same rays.
+            // In place of a texel beyond the edge, one inside that has rays to the same cells.
             ivec2 at = texel + ivec2(x, y);
             at += side * (ivec2(lessThan(at, ivec2(0))) - ivec2(greaterThanEqual(at, size)));
             at = clamp(at, ivec2(0), size - 1);
