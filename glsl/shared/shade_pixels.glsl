@@ -2,7 +2,7 @@
 
 void main() {
     uint list = push.first.y;
-    uint item = push.first.x + group_index() * 64 + gl_LocalInvocationIndex;
+    uint item = push.first.x + group_index() * SPLAT_GROUP + gl_LocalInvocationIndex;
     if (item >= counts[list]) return;
     uint packed = pixels[list == 0 ? item : push.capacity - 1 - item];
     uvec2 pixel = uvec2(packed & 0xffffu, packed >> 16);

@@ -21,7 +21,7 @@ vec3 radiance_at(ivec2 pixel) {
 }
 
 void main() {
-    uint item = push.first.x + group_index() * 64 + gl_LocalInvocationIndex;
+    uint item = push.first.x + group_index() * SPLAT_GROUP + gl_LocalInvocationIndex;
     if (item >= counts[0]) return;
     ivec2 pixel = ivec2(pixels[item] & 0xffffu, pixels[item] >> 16);
     vec3 least = radiance_at(pixel);

@@ -42,7 +42,7 @@ float texel_irradiance(Light light, DiffuseSurface surface, PlanarReceiver plane
 }
 
 void main() {
-    uint item = push.first + group_index() * 64 + gl_LocalInvocationIndex;
+    uint item = push.first + group_index() * SPLAT_GROUP + gl_LocalInvocationIndex;
     if (item >= texel_counts[0]) return;
     ivec2 texel = ivec2(texels[item].x & 0xffffu, texels[item].x >> 16);
     DiffuseSurface surface = surface_at(texels[item].y);

@@ -23,7 +23,7 @@ layout(push_constant) uniform ListedPush {
 #include "work_list.glsl"
 
 void main() {
-    uint item = push.first + group_index() * 64 + gl_LocalInvocationIndex;
+    uint item = push.first + group_index() * SPLAT_GROUP + gl_LocalInvocationIndex;
     if (item >= counts[0]) return;
     uvec2 texel = uvec2(items[item].x & 0xffffu, items[item].x >> 16);
     DiffuseSurface surface = surface_at(items[item].y);
