@@ -1,5 +1,6 @@
-//! Compiles every shader in `glsl/` to optimised SPIR-V and writes a typed table of them, with
-//! the bindings, push-constant size, workgroup size and struct layouts read from the SPIR-V.
+//! Compiles every shader in `glsl/` and its folders to optimised SPIR-V and writes a typed table of
+//! them, with the bindings, push-constant size, workgroup size and struct layouts read from the
+//! SPIR-V.
 //!
 //! The compiler is `glslc` (from `$GLSLC`, `$VULKAN_SDK/bin` or `PATH`), or the `shaderc` crate
 //! with the feature `bundled-shaderc`.
@@ -26,23 +27,38 @@ fn main() {
     }
 }
 
+/// The viewer's shaders, which are files and not in the table.
+const VIEWER: &str = "glsl/viewer";
+
+/// Appends the shaders of a folder and of the folders in it to `found`.
+///
+/// # Errors
+/// Where a folder cannot be read.
+fn find_shaders(folder: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let is_stage =
+            |e: &std::ffi::OsStr| ["comp", "vert", "frag"].iter().any(|stage| e == *stage);
+        if path.is_dir() && path != Path::new(VIEWER) {
+            find_shaders(&path, found)?;
+        } else if path.extension().is_some_and(is_stage) {
+            found.push(path);
+        }
+    }
+    Ok(())
+}
+
 /// Writes the table of all shaders.
 ///
 /// # Errors
 /// What the compiler says, or what is wrong with it or the sources.
 fn compile_all() -> Result<(), String> {
-    let folder =
-        |error| format!("the folder glsl with the shaders' sources cannot be read: {error}");
     let mut sources = Vec::new();
-    for entry in std::fs::read_dir("glsl").map_err(folder)? {
-        let path = entry.map_err(folder)?.path();
-        let is_stage =
-            |e: &std::ffi::OsStr| ["comp", "vert", "frag"].iter().any(|stage| e == *stage);
-        if path.extension().is_some_and(is_stage) {
-            sources.push(path);
-        }
-    }
-    sources.sort();
+    find_shaders(Path::new("glsl"), &mut sources).map_err(|error| {
+        format!("the folder glsl with the shaders' sources cannot be read: {error}")
+    })?;
+    // The order of the table does not depend on the folders.
+    sources.sort_by(|a, b| a.file_name().cmp(&b.file_name()));
     if sources.is_empty() {
         return Err("the folder glsl has no shaders".into());
     }
@@ -56,7 +72,7 @@ fn compile_all() -> Result<(), String> {
     if std::env::var_os("CARGO_FEATURE_VIEWER").is_some() {
         compile_files(
             &compiler,
-            Path::new("glsl/viewer"),
+            Path::new(VIEWER),
             ["present.vert", "present.frag"],
         )?;
     }
@@ -103,8 +119,9 @@ fn compile_all() -> Result<(), String> {
     std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// Makes Rust constants of those in `glsl/shared/constants.glsl`: `const uint NAME = 8;`, of uint, int or float, a line
-/// each. Comments above them become their documentation.
+/// Makes Rust constants of those in `glsl/shared/constants.glsl`: `const uint NAME = 8;` or
+/// `const uint NAME[2] = uint[](8, 9);`, of uint, int or float, a line each. Comments above them
+/// become their documentation.
 ///
 /// # Errors
 /// Where a line is something else.
@@ -118,13 +135,21 @@ fn share_constants() -> Result<(), String> {
             let (declared, value) = line.strip_prefix("const ")?.split_once(" = ")?;
             let (kind, name) = declared.split_once(' ')?;
             let (value, _) = value.split_once(';')?;
-            let (kind, value) = match kind {
+            let (rust_kind, value) = match kind {
                 "uint" => ("u32", value.trim_end_matches('u')),
                 "int" => ("i32", value),
                 "float" => ("f32", value),
                 _ => return None,
             };
-            Some(format!("pub const {name}: {kind} = {value};\n"))
+            let Some((name, count)) = name.split_once('[') else {
+                return Some(format!("pub const {name}: {rust_kind} = {value};\n"));
+            };
+            let count = count.strip_suffix(']')?;
+            let values = value.strip_prefix(kind)?.strip_prefix("[](")?;
+            let values = values.strip_suffix(')')?;
+            Some(format!(
+                "pub const {name}: [{rust_kind}; {count}] = [{values}];\n"
+            ))
         };
         if line.is_empty() {
             comment.clear();
@@ -411,7 +436,7 @@ fn describe(
         false => &[],
     };
     let constant = constant(source);
-    writeln!(table, "/// `glsl/{file}`").unwrap();
+    writeln!(table, "/// `{}`", source.display()).unwrap();
     writeln!(
         table,
         "pub static {constant}: Shader = Shader {{ name: {file:?}, words: &{words:?}, words_in_storage: &{in_storage:?}, bindings: &["

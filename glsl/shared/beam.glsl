@@ -58,7 +58,7 @@ uint shade_beam(Triangle triangle, Beam beam, vec3 across, vec3 aside) {
     vec3 p1 = p0 + triangle.edge1;
     vec3 p2 = p0 + triangle.edge2;
     if (max(max(dot(p0, beam.n), dot(p1, beam.n)), dot(p2, beam.n)) <= beam.below) return IS_LIT;
-    // Nor what lies in a plane that the rays start before and go away from.
+    // Rays that all start on one side of the triangle's plane and go away from it miss the triangle.
     vec3 plane = cross(triangle.edge1, triangle.edge2);
     float size = length(plane);
     float height = -dot(p0, plane);

@@ -11,7 +11,7 @@ vec2 outer_corner(vec2 q[3], int i) {
     vec2 after = q[(i + 1) % 3] - q[i];
     vec2 m = normalize(vec2(before.y, -before.x));
     vec2 n = normalize(vec2(after.y, -after.x));
-    // Where both sides are.
+    // The point where both moved sides meet.
     vec2 s = vec2(support(m), support(n));
     return q[i] + vec2(s.x * n.y - s.y * m.y, s.y * m.x - s.x * n.x) / cross2(m, n);
 }

@@ -10,7 +10,7 @@ layout(push_constant) uniform CameraPush {
     vec3 forward;        // unit
     float rotation;      // of the environment, rad
     vec2 size;           // of the picture, pixels
-    vec2 part;           // first pixel of the part
+    vec2 tile;           // first pixel of the tile of the picture
 } push;
 
 // Clip space; the depth is near / distance, so that greater is nearer.

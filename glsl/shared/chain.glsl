@@ -7,8 +7,8 @@ const uint MAX_LATTICE_LEVEL = 3;
 // Where a ray passes its cell. Off the middle and the diagonals, since the edges of regular meshes often lie there, and a ray that
 // meets an edge exactly may miss both triangles.
 const vec2 WITHIN_CELL = vec2(0.4716, 0.5387);
-// Squared support radius of the sharpest kernel of a curved patch, p = SHARPEST_CURVED: 2 (p + 2).
-const float CHAIN_SUPPORT = 12.0;
+// Squared support radius of the sharpest kernel of a curved patch.
+const float CHAIN_SUPPORT = 2.0 * (SHARPEST_CURVED + 2.0);
 
 // Columns of Changes that are in use.
 int columns() {

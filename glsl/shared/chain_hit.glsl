@@ -1,6 +1,6 @@
 // What a ray of a chain meets. The including shader includes trace.glsl, optics.glsl and media.glsl.
 
-// Ends of displaced bodies on a ray, at most.
+// Maximum number of ends of displaced bodies on a ray.
 const uint MAX_PASSED = 16;
 
 // The nearest interface, mirror or diffuse surface. Where one body ends within another that displaces it, the ray goes on as if

@@ -162,7 +162,7 @@ bool choose_lobe(ChainPath path, Interaction at, float number, out Lobe lobe, ou
     return lobe.is_followed;
 }
 
-// The ray that leaves the surface, but for its changes.
+// The ray that leaves the surface, without its changes.
 ChainPath next_ray(ChainPath path, ChainHit hit, Interaction at, Lobe lobe, bool refracts) {
     ChainPath next;
     next.position = path.position + hit.distance * path.direction;

@@ -25,28 +25,28 @@ mat2 cluster_image(Patch patch_, vec3 s, vec3 normal, float eta, PlanarReceiver 
 }
 
 // The spread of a cluster's unit normals.
-struct Bend {
+struct NormalChange {
     vec3 a;          // change along the patch's axes, a root of its covariance
     vec3 b;
     float rest;      // variance of what is not linear, across the mean normal on each axis
 };
 
-Bend bend_of(Patch patch_) {
+NormalChange normal_change_of(Patch patch_) {
     // The mean of unit normals is the shorter, the more they differ.
     float square = dot(patch_.normal, patch_.normal);
-    Bend bend;
-    bend.a = (AXES[0].x * patch_.normal_du + AXES[0].y * patch_.normal_dv) * inversesqrt(square);
-    bend.b = (AXES[1].x * patch_.normal_du + AXES[1].y * patch_.normal_dv) * inversesqrt(square);
-    bend.rest = 0.5 * max(1.0 / square - 1.0 - dot(bend.a, bend.a) - dot(bend.b, bend.b), 0.0);
-    return bend;
+    NormalChange change;
+    change.a = (AXES[0].x * patch_.normal_du + AXES[0].y * patch_.normal_dv) * inversesqrt(square);
+    change.b = (AXES[1].x * patch_.normal_du + AXES[1].y * patch_.normal_dv) * inversesqrt(square);
+    change.rest = 0.5 * max(1.0 / square - 1.0 - dot(change.a, change.a) - dot(change.b, change.b), 0.0);
+    return change;
 }
 
 // Half the range of normal . d, as of an even distribution of the same variance. `n` is the mean unit normal.
-float range_along(Bend bend, vec3 n, vec3 d) {
-    float a = dot(bend.a, d);
-    float b = dot(bend.b, d);
+float range_along(NormalChange change, vec3 n, vec3 d) {
+    float a = dot(change.a, d);
+    float b = dot(change.b, d);
     float aside = max(dot(d, d) - dot(n, d) * dot(n, d), 0.0);
-    return sqrt(3.0 * (a * a + b * b + bend.rest * aside));
+    return sqrt(3.0 * (a * a + b * b + change.rest * aside));
 }
 
 // Gradient of -outgoing_direction(s, n, eta) . m with the normal.

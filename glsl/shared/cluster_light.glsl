@@ -32,31 +32,31 @@ vec3 toward(Cell cell, vec2 uv) {
 }
 
 // What a cluster sends from a cell to a receiver. Means are weighted by flux.
-struct SentLight {
+struct OutgoingLight {
     vec3 toward;     // mean direction toward the light, unit
-    vec3 outgoing;   // mean outgoing direction, unit
+    vec3 direction;  // mean outgoing direction, unit
     vec3 ray;        // one direction toward the light, unit, drawn from those whose light meets the receiver
     vec3 cosine;     // mean of cosine, share that goes to the receiver and Fresnel factor
     mat3 covariance; // of the outgoing directions, by the light's directions
 };
 
 // Light from `cell` in nine parts; `u`, in 0 to 1, chooses the ray. Returns false where there is none.
-bool send(Patch patch_, Cell cell, float eta, bool refracts, PlanarReceiver receiver, float u, out SentLight sent) {
+bool outgoing_light(Patch patch_, Cell cell, float eta, bool refracts, PlanarReceiver receiver, float u, out OutgoingLight outgoing) {
     vec3 m = receiver.normal;
     float height = dot(patch_.position - receiver.origin, m);
     vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
     float lobe_eta = refracts ? eta : 0.0;
     Object object = object_at(patch_.object);
     vec3 n = normalize(patch_.normal);
-    Bend bend = bend_of(patch_);
-    sent = SentLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), mat3(0.0));
+    NormalChange normal_change = normal_change_of(patch_);
+    outgoing = OutgoingLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), mat3(0.0));
     float total = 0.0;
     float landing = 0.0;
     for (int i = 0; i < 9; i++) {
         vec3 s = toward(cell, 2.0 / 3.0 * vec2(i % 3 - 1, i / 3 - 1));
         float cosine = dot(s, n);
         // Refracted light fades toward the horizon by itself.
-        float range = refracts ? 0.0 : range_along(bend, n, s);
+        float range = refracts ? 0.0 : range_along(normal_change, n, s);
         float facing = mean_above(cosine, range);
         if (facing <= 0.0) continue;
         // The mean normal of the part that faces the light.
@@ -64,7 +64,7 @@ bool send(Patch patch_, Cell cell, float eta, bool refracts, PlanarReceiver rece
         vec3 r = outgoing_direction(s, facing_normal, lobe_eta);
         if (r == vec3(0.0)) continue;
         float descent = -dot(r, m);
-        float descent_range = range_along(bend, n, normal_gradient(s, facing_normal, m, lobe_eta));
+        float descent_range = range_along(normal_change, n, normal_gradient(s, facing_normal, m, lobe_eta));
         float weight = facing * share_above(descent, descent_range);
         if (weight <= 0.0) continue;
         if (descent < descent_range) r -= (0.5 * (descent_range - descent)) * m;
@@ -76,18 +76,18 @@ bool send(Patch patch_, Cell cell, float eta, bool refracts, PlanarReceiver rece
         landing += chance;
         bool chosen = u * landing < chance;
         u = chosen ? u * landing / chance : (u * landing - chance) / (landing - chance);
-        if (chosen) sent.ray = s;
+        if (chosen) outgoing.ray = s;
         vec3 reflected = reflected_share(object, facing, eta);
-        sent.cosine += weight / 9.0 * (refracts ? 1.0 - reflected : reflected);
-        sent.toward += weight * s;
-        sent.outgoing += weight * r;
-        sent.covariance += weight * outerProduct(r, r);
+        outgoing.cosine += weight / 9.0 * (refracts ? 1.0 - reflected : reflected);
+        outgoing.toward += weight * s;
+        outgoing.direction += weight * r;
+        outgoing.covariance += weight * outerProduct(r, r);
     }
     if (total <= 0.0) return false;
-    sent.toward = normalize(sent.toward);
-    sent.outgoing /= total;
-    sent.covariance = sent.covariance / total - outerProduct(sent.outgoing, sent.outgoing);
-    sent.outgoing = normalize(sent.outgoing);
+    outgoing.toward = normalize(outgoing.toward);
+    outgoing.direction /= total;
+    outgoing.covariance = outgoing.covariance / total - outerProduct(outgoing.direction, outgoing.direction);
+    outgoing.direction = normalize(outgoing.direction);
     return true;
 }
 
@@ -98,8 +98,8 @@ vec2 pair_point(uvec2 pair) {
 }
 
 // Whether the light that a cluster sends to a receiver arrives. Tested from one place of the cluster with the normal there,
-// which `u` of 0 to 1 draws by flux from those that face light and receiver: send() has left out the others. `eta` is 0 for
-// reflected light, `side` is -1 where the patch was turned.
+// which `u` of 0 to 1 draws by flux from those that face light and receiver: outgoing_light() has left out the others. `eta` is
+// 0 for reflected light, `side` is -1 where the patch was turned.
 bool arrives(uint index, float side, vec3 ray, float eta, PlanarReceiver receiver, float u) {
     vec3 m = receiver.normal;
     float total = 0.0;

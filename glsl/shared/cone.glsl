@@ -18,16 +18,17 @@ Cone widened(Cone cone, float distance_) {
     return Cone(cone.width + cone.spread * distance_, cone.spread);
 }
 
-// The cone at its hit, reflected. `curvature` on the side of the ray.
+// The cone at its hit, reflected. `curvature` is the mean curvature as the ray sees it.
 Cone reflected_cone(Cone cone, float curvature) {
     return Cone(cone.width, cone.spread + 2.0 * curvature * cone.width);
 }
 
-// The same, refracted. `cosine` is of the ray to the normal.
+// The same, refracted. `cosine` is that of the angle between the ray and the normal.
 Cone refracted_cone(Cone cone, float curvature, float cosine, float eta) {
     float cos_t = sqrt(max(1.0 - eta * eta * (1.0 - cosine * cosine), 0.0));
-    float bend = (eta * cosine - cos_t) / max(cosine, 0.05);
-    return Cone(cone.width, eta * cone.spread + bend * curvature * cone.width);
+    // Change of the direction over that of the normal.
+    float change = (eta * cosine - cos_t) / max(cosine, 0.05);
+    return Cone(cone.width, eta * cone.spread + change * curvature * cone.width);
 }
 
 // Change of texture coordinates with a position in the triangle's plane.

@@ -1,6 +1,18 @@
 // Constants that the host and the shaders share. build.rs makes Rust constants of the same names of them, with the
 // comment above each as documentation.
 
+// Ids of the specialisation constants, each of which is a bool of the same name: what the scene has, by which shaders leave
+// out code.
+const int ID_ONLY_MIRRORS = 0;
+const int ID_AREA_BY_PRODUCT = 1;
+const int ID_BEAMS = 2;
+const int ID_HAS_LAMPS = 3;
+const int ID_HAS_ENVIRONMENT = 4;
+const int ID_HAS_ATLAS = 5;
+const int ID_HAS_POINTS = 6;
+const int ID_HAS_TEXTURES = 7;
+const int ID_DISPERSES = 8;
+
 // `Triangle.flags`: the triangle casts shadows.
 const uint OCCLUDES = 1;
 // `Triangle.flags`: the triangle belongs to a mesh receiver.
@@ -40,16 +52,43 @@ const int MAX_LEVEL = 5;
 // Texels on the shorter side of the coarsest level.
 const uint MIN_COARSE_SIDE = 16;
 
-// Workgroup size of the projectors' shaders, of compact.comp and of resolve.comp.
+// Workgroup size of the shaders that have a thread for each unit: patches, pairs, splats, rays or points.
 const uint SPLAT_GROUP = 64;
+// Sides of a workgroup of the shaders that have a thread for each texel or pixel.
+const uint GROUP_SIDE = 8;
+// Workgroups in a row of a dispatch that every device supports.
+const uint MAX_ROW = 65535;
 // Pairs per thread of compact.comp. Sums within a group are the main cost, so there are few groups.
 const uint PAIRS_PER_THREAD = 8;
+// Corners of the two triangles of a quad; see quad.glsl.
+const uint QUAD_CORNERS[6] = uint[](0, 1, 2, 2, 1, 3);
+
+// Words of the totals that scan.comp writes: before the first batch, and of each batch.
+const uint ARGUMENT_WORDS = 9;
+// The word of the total of the first sum, and in the sizes of a wave of chains that of the number of paths.
+const int UNITS_WORD = 6;
+// The word of the total of the second sum.
+const int SECOND_UNITS_WORD = 7;
+// The first word of the draw within the words of a batch.
+const uint BATCH_DRAW_WORD = 3;
+// Words of the sizes of a wave that scan_chains.comp writes.
+const uint WAVE_WORDS = 14;
+// The words of the number of footprints of earlier waves, and of the number of paths for which there was no room.
+const int FOOTPRINTS_WORD = 7;
+const int LOST_PATHS_WORD = 8;
+// The first word of the draw within the words of a wave.
+const int WAVE_DRAW_WORD = 9;
+
+// Footprints of a patch on a planar receiver for one lobe: the footprint and its fold.
+const uint FOOTPRINT_SLOTS = 2;
 // Footprints of a patch on a mesh receiver for one lobe.
 const uint MESH_FOOTPRINT_SLOTS = 32;
 // Places on a patch cluster where rays start; each stands for an equal share of its surface.
 const uint CLUSTER_STARTS = 4;
 // Exponent p of the sharpest kernel of the table of profiles. Flat patches use it.
 const float SHARPEST = 7.0;
+// The same of the sharpest kernel that curved patches use.
+const float SHARPEST_CURVED = 4.0;
 
 // Level k of patch shares is FIRST_SHARE / 2^k.
 const uint SHARE_LEVELS = 14;
@@ -57,6 +96,13 @@ const float FIRST_SHARE = 0.0078125;
 // A receiver's light is divided into at least this number of patches over the error to aim for: what blocks or bends light between
 // corners that agree goes unseen by the estimate.
 const float MIN_PATCHES_PER_ERROR = 8.0;
+// `Facet.place`: the number of the facet among those of its triangle, and from this bit on their number along an edge.
+const int FACET_DIVISION_SHIFT = 16;
+// Positions in the packed triangles of a patch, see patch_splats.glsl: of the number of parts, of whether rays decide for each
+// triangle, and of whether the patch is clipped.
+const int PARTS_SHIFT = 8;
+const int MIXED_SHIFT = 10;
+const int CLIPPED_SHIFT = 11;
 // Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
 const float MAX_TRIANGLES_PER_PATCH = 24.0;
 // `TriangleSplat.upper` of a splat that is drawn as the triangle around it, not as a rectangle.
@@ -94,9 +140,6 @@ const uint MASKED_LIGHTS = 23;
 const uint IS_LIT = 0;
 const uint IS_DARK = 1;
 const uint IS_MIXED = 2;
-
-// Workgroups in a row of a dispatch over a list.
-const uint MAX_ROW = 65535;
 
 // Environment cells that a texel has rays to: every cell is that of one of DIRECT_CELLS_SIDE^2 neighbouring texels.
 const uint DIRECT_CELLS = 256;

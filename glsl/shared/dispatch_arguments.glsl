@@ -1,5 +1,5 @@
-// Writes the VkDispatchIndirectCommand of `groups_` workgroups to the words of `buffer_` from `at_` on. Every device supports
-// MAX_ROW workgroups in a row.
+// Writes the VkDispatchIndirectCommand of `groups_` workgroups to the words of `buffer_` from `at_` on, in rows
+// of MAX_ROW workgroups.
 #define WRITE_DISPATCH(buffer_, at_, groups_)                      \
     {                                                              \
         uint count_ = groups_;                                     \

@@ -43,7 +43,7 @@ vec3 normal_at(Surface surface, vec2 st) {
 struct OutgoingRay {
     vec3 position;
     vec3 direction;  // unit; 0 where all light is reflected totally
-    vec3 sent;       // light per area of the surface: the irradiance over Light.power times the lobe's share
+    vec3 irradiance_factor; // irradiance of the surface over Light.power, times the lobe's share
     float margin;    // < 0: no light of this lobe leaves the point
 };
 
@@ -59,7 +59,7 @@ OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
     ray.margin = min(min(cosine, dot(surface.facing, disc.direction)), eta == 0.0 ? aside : -aside);
     cosine = max(cosine, 0.0);
     vec3 share = reflected_share(surface.object, cosine, surface.eta);
-    ray.sent = disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
+    ray.irradiance_factor = disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
     return ray;
 }
 
@@ -140,5 +140,5 @@ uvec2 lattice_place(uint index, uint n) {
 // The facet as a part of its triangle.
 Cell facet_cell(Facet facet) {
     Cell whole = Cell(vec2(0.0), mat2(1.0));
-    return cell_of(whole, facet.place & 0xffffu, facet.place >> 16);
+    return cell_of(whole, facet.place & ((1u << FACET_DIVISION_SHIFT) - 1u), facet.place >> FACET_DIVISION_SHIFT);
 }

@@ -4,7 +4,7 @@
 #include "light_axes.glsl"
 
 // The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
-layout(constant_id = 2) const bool BEAMS = false;
+layout(constant_id = ID_BEAMS) const bool BEAMS = false;
 
 struct CellImage {
     vec2 corners[3];   // texels
@@ -53,8 +53,8 @@ CellRays rays_of(Surface surface, Cell cell, Light light, float eta) {
 // Standard deviation of the disc's perspective, 1 / (1 - slant.d), above which its image is not an ellipse: that of the
 // sun is 0.01 where its light descends by 13 degrees.
 const float LEAST_PERSPECTIVE = 0.01;
-// The same of an image over that of the disc, and over a texel, below which perspective is that of the disc. The corners of a
-// longer image have the perspective themselves, and a texel has none.
+// Largest perspective of the whole image over that of the disc, and of a texel, with which the disc's perspective counts: the
+// corners of a longer image have perspective themselves, and a texel has none.
 const float LARGEST_IMAGE = 2.0;
 const float LARGEST_SLANT = 0.25;
 
@@ -107,17 +107,17 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
         OutgoingRay ray = rays.corners[i];
         Landing landing = land(surface, ray, receiver);
         bool lands = landing.margin >= 0.0;
-        vec3 light_sent = lands ? ray.sent : vec3(0.0);
+        vec3 irradiance_factor = lands ? ray.irradiance_factor : vec3(0.0);
         image.corners[i] = landing.texel;
         image.margins[i] = landing.margin;
-        image.density[i] = dot(light_sent, vec3(1.0));
+        image.density[i] = dot(irradiance_factor, vec3(1.0));
         all_send = all_send && ray.direction != vec3(0.0);
-        at_corners += light_sent;
+        at_corners += irradiance_factor;
         OutgoingRay middle = rays.midpoints[i];
         Landing middle_landing = land(surface, middle, receiver);
         bool middle_lands = middle_landing.margin >= 0.0;
         image.midpoints[i] = middle_landing.texel;
-        at_midpoints += middle_lands ? middle.sent : vec3(0.0);
+        at_midpoints += middle_lands ? middle.irradiance_factor : vec3(0.0);
         image.is_whole = image.is_whole && lands && middle_lands;
         some = some || lands || middle_lands;
         if (i == 1) {

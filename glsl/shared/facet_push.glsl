@@ -10,12 +10,12 @@ layout(push_constant) uniform FacetPush {
     uint division;       // 0: as many patches as their flux asks for; otherwise the number along an edge of each facet
     float error;         // relative L1 error to aim for; 0: patches have `patch_share`
     float patch_share;   // share of a receiver's flux that a patch has
-    uint patch_budget;   // patches to make for `error`, at most, beyond one for each pair
+    uint patch_budget;   // maximum number of patches for `error`, beyond one for each pair
     uint is_lattice;     // trace_corners: 0: the corners of facets; 1: the lattices
     uint first_splat;    // of this batch
 } push;
 
-// A number of parts along an edge. Rounds up from some way above a whole number, which balances the errors of rounding.
+// A number of parts along an edge. Rounds up from 0.3 above a whole number on, which balances the errors of rounding.
 float rounded(float parts, uint most) {
     return clamp(ceil(parts - 0.3), 1.0, float(most));
 }

@@ -34,7 +34,7 @@ struct Grid {
 };
 
 // Inner node of the bounding volume hierarchy, with the bounding boxes of its children: lower | upper << 16 for each
-// axis, in grid coordinates. A link is the index of a node, or first triangle | count << 28 for a leaf.
+// axis, in grid coordinates. A link is the index of a node, or first triangle | count << COUNT_SHIFT for a leaf.
 struct Node {
     uvec3 left;
     uint left_link;
@@ -278,7 +278,7 @@ struct MeshFootprint {
 // A caster's triangle, or one of the size^2 equal parts of a coarse one.
 struct Facet {
     uint triangle;
-    uint place;      // index of the part | size << 16
+    uint place;      // index of the part | size << FACET_DIVISION_SHIFT
     uint corner0;    // indices into FacetCorners
     uint corner1;
     uint corner2;
@@ -345,7 +345,7 @@ struct ChainLattice {
     vec3 direction;  // sun: of the rays
     uint light;
     uint rows;
-    uint refinements; // how often the lattice may be refined to half its spacing, at most
+    uint refinements; // maximum number of times that the spacing may be halved
     uint band;       // of the spectrum
     uint bands;      // number of bands; 0: all in one
 };
@@ -372,16 +372,16 @@ struct ChainPath {
     vec4 light_place;
     vec4 light_direction;
     uvec2 media;     // see media.glsl
-    uvec2 start_or_spectrum; // of a ray of a lattice, the caster and the light; else changes over the spectrum as four halfs
+    uvec2 start_or_spectrum; // ray of a lattice: the caster and the light; other rays: changes over the spectrum as four halfs
 };
 
-// What a chain's ray meets: an interface, a mirror or a diffuse surface. `media` are those before it.
+// What a chain's ray meets: an interface, a mirror or a diffuse surface. `media` are the media before that surface.
 struct ChainHit {
     float distance;
     uint triangle;
     vec2 barycentric;
     uvec2 media;
-    uint footprints; // of what lands on the way
+    uint footprints; // number of footprints of the light that lands on the way
     uint unused;
 };
 

@@ -5,9 +5,6 @@
 // nothing for footprints hundreds of texels long.
 #include "kernel.glsl"
 
-// Exponent of the sharpest kernel that is used for a curved patch.
-const float SHARPEST_CURVED = 4.0;
-
 // Kernels of at most this many texels are normalised over the texels that they touch: a sum over so few texels differs from
 // the integral.
 const float MAX_NORMALISED_TEXELS = 36.0;

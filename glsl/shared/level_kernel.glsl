@@ -1,6 +1,6 @@
 // Kernels in the levels of a light map. The including shader includes planar_receiver.glsl and kernel_fit.glsl.
 
-// A kernel with the coarsest level that its width allows, in texels of that level.
+// A kernel in a level of a light map, in texels of that level.
 struct LevelKernel {
     Kernel kernel;
     int level;
@@ -11,20 +11,22 @@ struct LevelKernel {
     vec2 tile_high;
 };
 
-// A footprint whose standard deviation is at least 2^l texels in all directions goes to level l, where it covers fewer texels.
-// Interpolation adds the variance (4^l - 1)/4, so the kernel is narrowed by that variance first.
-LevelKernel in_level(Kernel kernel, vec2 centre, PlanarReceiver receiver) {
+// The kernel, narrowed by the variance that interpolation adds.
+LevelKernel on_level(Kernel kernel, vec2 centre, SplatLevel target) {
     LevelKernel result;
-    float variance = min(minor_eigenvalue(kernel.covariance, kernel.determinant), 1e6);
-    result.level = level_for(receiver, variance);
-    Level tile = level_of(receiver, result.level);
-    result.scale = 1.0 / float(1 << result.level);
-    vec2 origin = vec2(receiver.tile_x, receiver.tile_y);
-    result.centre = vec2(tile.origin) + (centre - origin) * result.scale;
-    result.kernel = rescaled(kernel, 0.25 * (float(1 << 2 * result.level) - 1.0), result.scale);
-    level_bounds(tile, result.level, result.tile_low, result.tile_high);
+    result.level = target.level;
+    result.scale = target.scale;
+    result.centre = place_on(target, centre);
+    result.kernel = rescaled(kernel, target.variance, target.scale);
+    level_bounds(target.tile, target.level, result.tile_low, result.tile_high);
     result.half_size = sqrt(result.kernel.profile.support * result.kernel.covariance.xz);
     return result;
+}
+
+// The kernel in the coarsest level that its width allows: one whose standard deviation is at least 2^l texels in all directions
+// goes to level l, where it covers fewer texels.
+LevelKernel in_level(Kernel kernel, vec2 centre, PlanarReceiver receiver) {
+    return on_level(kernel, centre, splat_level(receiver, min(minor_eigenvalue(kernel.covariance, kernel.determinant), 1e6)));
 }
 
 // Texels that the bounding box touches.

@@ -4,7 +4,7 @@
 
 const uint MEDIA_SLOTS = 4;
 // Whether a medium disperses light.
-layout(constant_id = 8) const bool DISPERSES = false;
+layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
 
 uint medium_in(uvec2 media, uint slot) {
     return (slot < 2 ? media.x : media.y) >> (16 * (slot & 1)) & 0xffffu;
@@ -49,7 +49,7 @@ struct Medium {
     uint number;
 };
 
-// Of equal priorities, the body that was entered last.
+// Finds the medium of the body with the highest priority; among equal ones, of the body that was entered last.
 Medium filling(uvec2 media) {
     Medium found = Medium(1.0, 0.0, vec3(0.0), 0);
     float highest = -FAR;
@@ -64,7 +64,7 @@ Medium filling(uvec2 media) {
     return found;
 }
 
-// A body. A sheet is none.
+// Whether the object is a body, which a sheet is not.
 bool is_body(Object object) {
     return object.kind == DIELECTRIC && !is_sheet(object);
 }

@@ -3,8 +3,8 @@
 // squares come from a quadtree, which is refined where the beam touches it as long as slots are free. The including
 // shader includes trace.glsl and kernel_fit.glsl, and declares the receivers' buffers and `mesh_footprints`.
 
-// Squared support radius of the max_trace kernel, p = SHARPEST: 2 (p + 2).
-const float MAX_SUPPORT = 18.0;
+// Squared support radius of the sharpest kernel.
+const float MAX_SUPPORT = 2.0 * (SHARPEST + 2.0);
 // Lower bound on a texel's smaller variance over the larger, for texels seen edge on.
 const float MIN_VARIANCE_RATIO = 1e-3;
 

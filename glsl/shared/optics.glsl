@@ -2,7 +2,7 @@
 // index of refraction on the side of the light over that on the other side; 0 stands for reflection.
 
 // Whether no surface of the scene refracts. The compiler then removes the equations of refraction.
-layout(constant_id = 0) const bool ONLY_MIRRORS = false;
+layout(constant_id = ID_ONLY_MIRRORS) const bool ONLY_MIRRORS = false;
 
 // Direction of the light that a surface with the unit normal n reflects when light comes from s (unit, away from the
 // surface): 2 (n.s) n - s. GLSL's reflect() takes the direction of travel, -s.

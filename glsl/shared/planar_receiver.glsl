@@ -70,6 +70,30 @@ Level level_of(PlanarReceiver receiver, int level) {
     return Level(origin, ((size - 1) >> level) + 1);
 }
 
+// A level that splats go to. Interpolation of level l adds the variance (4^l - 1)/4 on each axis, so that splats are narrowed by
+// that variance first.
+struct SplatLevel {
+    Level tile;
+    int level;
+    float scale;     // texels of the level over those of the light map
+    vec2 origin;     // of the light map
+    float variance;  // that interpolation adds, in texels^2 of the light map
+    float area;      // of a texel of the level, m^2
+};
+
+// The coarsest level for splats with this variance along their narrower axis, in texels^2.
+SplatLevel splat_level(PlanarReceiver receiver, float variance) {
+    int level = level_for(receiver, variance);
+    float width = float(1 << level);
+    return SplatLevel(level_of(receiver, level), level, 1.0 / width, vec2(receiver.tile_x, receiver.tile_y),
+        0.25 * (width * width - 1.0), width * width * texel_area(receiver));
+}
+
+// A place of the light map in a level.
+vec2 place_on(SplatLevel level, vec2 texel) {
+    return vec2(level.tile.origin) + (texel - level.origin) * level.scale;
+}
+
 // Bounds of a level with its border, in texels of the light-map image.
 void level_bounds(Level tile, int level, out vec2 low, out vec2 high) {
     vec2 border = vec2(level > 0 ? 1.0 : 0.0);

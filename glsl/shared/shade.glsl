@@ -1,7 +1,7 @@
 // What rays of the camera show: light in the maps of diffuse surfaces, lamps, the background. For shade.comp and
 // shade_mirrors.comp.
 
-layout(local_size_x = 64) in;
+layout(local_size_x = SPLAT_GROUP) in;
 TRIANGLES(0)
 NORMALS(1)
 NODES(2)
@@ -15,18 +15,18 @@ layout(binding = 9, rgba32f) uniform writeonly image2D view;
 layout(std430, binding = 10) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 11) readonly buffer TrianglePointsBuffer { TrianglePoints triangle_points[]; };
 layout(std430, binding = 12) readonly buffer PointLight { vec4 point_light[]; };
-layout(binding = 13) uniform usampler2D visible;   // triangles at the samples of this part of the picture
+layout(binding = 13) uniform usampler2D visible;   // triangles at the samples of this tile of the picture
 layout(std430, binding = 14) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 15) readonly buffer Pixels { uint pixels[]; };
 TEXTURED_TRIANGLES(16)
 TEXTURE_LEVELS(17)
 layout(binding = 18) uniform sampler2D textures;
 
-// What the scene has. The compiler removes code for what it has not.
-layout(constant_id = 3) const bool HAS_LAMPS = true;
-layout(constant_id = 4) const bool HAS_ENVIRONMENT = true;
-layout(constant_id = 5) const bool HAS_ATLAS = true;
-layout(constant_id = 6) const bool HAS_POINTS = true;
+// What the scene has. The compiler removes code that the scene does not need.
+layout(constant_id = ID_HAS_LAMPS) const bool HAS_LAMPS = true;
+layout(constant_id = ID_HAS_ENVIRONMENT) const bool HAS_ENVIRONMENT = true;
+layout(constant_id = ID_HAS_ATLAS) const bool HAS_ATLAS = true;
+layout(constant_id = ID_HAS_POINTS) const bool HAS_POINTS = true;
 
 #include "view_ray.glsl"
 #include "trace.glsl"
@@ -126,10 +126,10 @@ Hit hit_on(uint number, vec3 origin, vec3 direction) {
     vec3 s = origin - triangle.position;
     vec3 q = cross(s, triangle.edge1);
     float determinant = dot(triangle.edge1, p);
-    // Edge on: any point of it.
+    // Seen edge on, any point of the triangle will do.
     if (determinant == 0.0) return Hit(length(s), index, vec2(0.0));
     vec2 w = vec2(dot(s, p), dot(direction, q)) / determinant;
-    // The nearest point of the triangle, about: rays that started beside it might start within the object.
+    // Approximately the nearest point of the triangle: rays that start beside the triangle might start within the object.
     vec2 inside = max(w, 0.0);
     bool is_rect = triangle.twin != index;
     return Hit(dot(triangle.edge2, q) / determinant, index, is_rect ? w : inside / max(inside.x + inside.y, 1.0));

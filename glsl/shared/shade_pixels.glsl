@@ -2,7 +2,7 @@
 
 void main() {
     uint list = push.first.y;
-    uint item = push.first.x + group_index() * 64 + gl_LocalInvocationIndex;
+    uint item = push.first.x + group_index() * SPLAT_GROUP + gl_LocalInvocationIndex;
     if (item >= counts[list]) return;
     uint packed = pixels[list == 0 ? item : push.capacity - 1 - item];
     uvec2 pixel = uvec2(packed & 0xffffu, packed >> 16);
@@ -13,7 +13,7 @@ void main() {
     for (int i = 0; i < side * side; i++) {
         ivec2 at = ivec2(i % side, i / side);
         vec3 direction = direction_at(vec2(pixel) + (vec2(at) + 0.5) / float(side));
-        uint first = texelFetch(visible, ivec2((pixel - push.part) * push.side) + at, 0).r;
+        uint first = texelFetch(visible, ivec2((pixel - push.tile) * push.side) + at, 0).r;
         sum += radiance(direction, first, spread);
     }
     imageStore(view, ivec2(pixel), vec4(sum / float(side * side), 1.0));

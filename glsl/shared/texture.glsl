@@ -1,9 +1,9 @@
 // Textures of diffuse surfaces. The including shader declares TEXTURE_LEVELS and the sampler `textures`.
 
-// Whether the scene has textures. The compiler removes code for what it has not.
-layout(constant_id = 7) const bool HAS_TEXTURES = true;
+// Whether the scene has textures. The compiler removes code that the scene does not need.
+layout(constant_id = ID_HAS_TEXTURES) const bool HAS_TEXTURES = true;
 
-// Samples along a footprint's longer axis, at most.
+// Maximum number of samples along a footprint's longer axis.
 const int MAX_PROBES = 4;
 
 // Colour of a level at a place in repeats of the image, v upward.
@@ -13,8 +13,8 @@ vec3 colour_of_level(uint index, vec2 uv) {
     return textureLod(textures, texel / vec2(textureSize(textures, 0)), 0.0).rgb;
 }
 
-// Linear mean of a texture over the parallelogram with the sides `across` and `up` around uv, about: along the longer side
-// samples of a level as fine as the shorter side (McCormack et al. 1999). `first` and `count` are the texture's levels.
+// Approximates the linear mean of a texture over the parallelogram with the sides `across` and `up` around uv by samples along
+// the longer side, from a level as fine as the shorter side (McCormack et al. 1999). `first` and `count` are its levels.
 vec3 colour_of_texture(uint first, uint count, vec2 uv, vec2 across, vec2 up) {
     vec2 size = vec2(texture_level_at(first).size);
     float a = length(across * size);

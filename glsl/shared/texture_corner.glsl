@@ -1,6 +1,6 @@
 // Texture coordinates for the graphics pipeline. The including vertex shader declares TEXTURED_TRIANGLES.
 
-layout(constant_id = 7) const bool HAS_TEXTURES = true;
+layout(constant_id = ID_HAS_TEXTURES) const bool HAS_TEXTURES = true;
 
 // Texture coordinates of a triangle's corner; `levels`: first and number of the texture's levels.
 vec2 texture_corner(uint index, uint corner, out uvec2 levels) {

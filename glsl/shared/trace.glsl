@@ -81,7 +81,7 @@ bool occluded_by(uint bits, vec3 origin, vec3 direction, float limit, uint self)
     }
 }
 
-// Whether an object that casts shadows lies between.
+// Whether an object that casts shadows lies between origin and origin + limit * direction.
 bool occluded(vec3 origin, vec3 direction, float limit, uint self) {
     return occluded_by(OCCLUDES, origin, direction, limit, self);
 }

@@ -1,4 +1,4 @@
-// The camera and the part of its picture, as push constants of compute shaders.
+// The camera and a tile of its picture, as push constants of compute shaders.
 
 layout(push_constant) uniform ViewPush {
     vec3 eye;
@@ -10,9 +10,9 @@ layout(push_constant) uniform ViewPush {
     vec3 forward;        // unit
     uint capacity;       // of the list of pixels
     vec2 size;           // of the picture, pixels
-    uvec2 part;          // first pixel that `visible` has
+    uvec2 tile;          // first pixel of the tile, which `visible` has
     uvec2 first;         // list pixels: first pixel of this rectangle; shade: first item, and 1 for the items from the end
-    uvec2 end;           // of the part
+    uvec2 end;           // of the tile
 } push;
 
 // Unit direction through a place in the picture, pixels.

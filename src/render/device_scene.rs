@@ -10,6 +10,10 @@ use crate::render::bodies::Bodies;
 use crate::render::chains::lattice::DeviceLattices;
 use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
+use crate::render::gpu_types::constants::{
+    ID_AREA_BY_PRODUCT, ID_BEAMS, ID_DISPERSES, ID_HAS_ATLAS, ID_HAS_ENVIRONMENT, ID_HAS_LAMPS,
+    ID_HAS_POINTS, ID_HAS_TEXTURES, ID_ONLY_MIRRORS,
+};
 use crate::render::gpu_types::{Object as DeviceObject, Profile};
 use crate::render::lights::{DeviceLights, EnvironmentLight, LightGroup, Source, pack};
 use crate::render::materials::objects;
@@ -213,24 +217,29 @@ impl DeviceScene {
         BoundPipeline::compute(context, shader, self.constants(), &[own, &shared].concat())
     }
 
-    /// What the scene has, as specialisation constants by their ids.
+    /// What the scene has, as specialisation constants.
     fn constants(&self) -> Constants {
         let only_mirrors = self.casters.lobes == 1;
         let Settings { method, area, .. } = self.settings;
         let area_by_product = method == Method::Beams && area == Area::Product;
         let has =
             |kind: fn(&LightKind) -> bool| self.scene.lights.iter().any(|light| kind(&light.kind));
-        [
-            only_mirrors,
-            area_by_product,
-            method == Method::Beams,
-            has(|kind| matches!(kind, LightKind::Lamp { .. })),
-            self.environment.is_present,
-            self.receivers.mesh_count() > 0,
-            self.surfaces.points.count > 0,
-            self.textures.is_present,
-            self.spectrum.coordinate.is_some(),
-        ]
+        let has_lamps = has(|kind| matches!(kind, LightKind::Lamp { .. }));
+        let mut constants = Constants::default();
+        for (id, value) in [
+            (ID_ONLY_MIRRORS, only_mirrors),
+            (ID_AREA_BY_PRODUCT, area_by_product),
+            (ID_BEAMS, method == Method::Beams),
+            (ID_HAS_LAMPS, has_lamps),
+            (ID_HAS_ENVIRONMENT, self.environment.is_present),
+            (ID_HAS_ATLAS, self.receivers.mesh_count() > 0),
+            (ID_HAS_POINTS, self.surfaces.points.count > 0),
+            (ID_HAS_TEXTURES, self.textures.is_present),
+            (ID_DISPERSES, self.spectrum.coordinate.is_some()),
+        ] {
+            constants[id as usize] = value;
+        }
+        constants
     }
 
     /// The scene's buffers and images, by the names that shaders have for them.

@@ -153,11 +153,11 @@ mirrors! {
     DirectPointsPush { first: u32, point_count: u32, light_count: u32, direct_cell_count: u32, }
     CameraPush {
         eye: Vec3, near: f32, right: Vec3, first: u32, up: Vec3, light_count: u32, forward: Vec3, rotation: f32,
-        size: Vec2, part: Vec2,
+        size: Vec2, tile: Vec2,
     }
     ViewPush {
         eye: Vec3, light_count: u32, right: Vec3, rotation: f32, up: Vec3, side: u32, forward: Vec3, capacity: u32,
-        size: Vec2, part: UVec2, first: UVec2, end: UVec2,
+        size: Vec2, tile: UVec2, first: UVec2, end: UVec2,
     }
 }
 

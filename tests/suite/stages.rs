@@ -9,7 +9,10 @@ use approx::assert_relative_eq;
 use bytemuck::Zeroable;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles, vec2, vec3, vec4};
 use nephroid::gpu::{BoundPipeline, Buffer, Recorder, Resource, Shader, shaders};
-use nephroid::render::gpu_types::constants::{AS_TRIANGLE, CLUSTER_STARTS, DIELECTRIC, MIRROR};
+use nephroid::render::gpu_types::constants::{
+    ARGUMENT_WORDS, AS_TRIANGLE, BATCH_DRAW_WORD, CLIPPED_SHIFT, CLUSTER_STARTS, DIELECTRIC,
+    FACET_DIVISION_SHIFT, MIRROR, PARTS_SHIFT, SECOND_UNITS_WORD, UNITS_WORD,
+};
 use nephroid::render::gpu_types::{
     ClusterStart, CompactPush, Facet, FacetImage, FacetPatches, FacetPush, Footprint, Light,
     Normals, NumberPush, Object, Patch, PinholeImage, PlanarReceiver, Profile, ProjectPush,
@@ -186,7 +189,7 @@ fn facet(patch: &Patch, object: &Object) -> Vec<(&'static str, Vec<u8>)> {
         ..Normals::zeroed()
     };
     let whole = Facet {
-        place: 1 << 16,
+        place: 1 << FACET_DIVISION_SHIFT,
         corner1: 1,
         corner2: 2,
         ..Facet::zeroed()
@@ -228,14 +231,21 @@ fn facet_flux(patch: &Patch, object: &Object, lobes: u32) -> (f32, u32) {
     (image.flux, patches.targets)
 }
 
+/// The totals of both sums, as scan.comp writes them.
+fn totals(units: [u32; 2]) -> [u32; ARGUMENT_WORDS as usize] {
+    let mut words = [0; ARGUMENT_WORDS as usize];
+    words[UNITS_WORD as usize] = units[0];
+    words[SECOND_UNITS_WORD as usize] = units[1];
+    words
+}
+
 /// The triangle of the facet on the floor; `flags` as in patch_splats.glsl.
 fn triangle_splat(patch: &Patch, flags: u32) -> TriangleSplat {
     let only = FacetPatches {
         division: 1,
         targets: 1,
     };
-    // Words 6 and 7 are the numbers of units of both sums.
-    let totals = bytes(&[0u32, 0, 0, 0, 0, 0, 1, 1, 0]);
+    let totals = bytes(&totals([1, 1]));
     let mut content = facet(patch, &mirror());
     content.extend([
         ("facet_patches", bytes(&[only])),
@@ -244,7 +254,7 @@ fn triangle_splat(patch: &Patch, flags: u32) -> TriangleSplat {
         ("patch_numbers", vec![0; 8]),
         ("totals", totals.clone()),
         ("splat_numbers", vec![0; 8]),
-        ("patch_splats", bytes(&[1u32 | 1 << 8 | flags])),
+        ("patch_splats", bytes(&[1u32 | 1 << PARTS_SHIFT | flags])),
         ("splat_sums", vec![0; 8]),
         ("splat_totals", totals),
         ("triangle_splats", vec![0; size_of::<TriangleSplat>()]),
@@ -305,8 +315,7 @@ fn a_flat_facet_is_a_triangle() {
 /// by ⅔ toward that corner; the cut is found to 1/64 of a side.
 #[test]
 fn a_facet_is_clipped_at_the_receiver() {
-    const CLIPPED: u32 = 1 << 11;
-    let splat = triangle_splat(&upright(0.0), CLIPPED);
+    let splat = triangle_splat(&upright(0.0), 1 << CLIPPED_SHIFT);
     let corners = [splat.corners01.xy(), splat.corners01.zw(), splat.corner2];
     let place = |corner: Vec2| splat.lower + corner;
     let centre = corners.into_iter().map(place).sum::<Vec2>() / 3.0;
@@ -387,8 +396,9 @@ fn numbers_become_prefix_sums() {
     let mut numbers_and_more = numbers.clone();
     numbers_and_more.resize(CAPACITY as usize, [7, 7]);
     let numbers_buffer = Buffer::with_data(context, "numbers", &numbers_and_more).unwrap();
-    let units = Buffer::with_data(context, "units", &[0, 0, 0, 0, 0, 0, COUNT, 0]).unwrap();
-    let (sums, totals) = (buffer("sums", 2 * 79), buffer("totals", 9 * 3));
+    let units = Buffer::with_data(context, "units", &totals([COUNT, 0])).unwrap();
+    let words = ARGUMENT_WORDS as usize;
+    let (sums, totals) = (buffer("sums", 2 * 79), buffer("totals", 3 * words));
     let resources = [
         ("numbers", Resource::Buffer(&numbers_buffer)),
         ("block_sums", Resource::Buffer(&sums)),
@@ -423,14 +433,18 @@ fn numbers_become_prefix_sums() {
     }
     let [units, lit] = expected;
     assert_eq!([units, lit], [1299, 866]);
-    let totals = totals.read::<u32>(27).unwrap();
+    let totals = totals.read::<u32>(3 * words).unwrap();
     assert_eq!(
         totals[..8],
         [units.div_ceil(64), 1, 1, lit.div_ceil(64), 1, 1, units, lit]
     );
     // Threads and indices of both batches.
-    assert_eq!(totals[9..14], [1000_u32.div_ceil(64), 1, 1, 6000, 1]);
-    assert_eq!(totals[18..23], [299_u32.div_ceil(64), 1, 1, 6 * 299, 1]);
+    let [first, second] = [1, 2].map(|batch| &totals[batch * words..]);
+    assert_eq!(first[..3], [1000_u32.div_ceil(64), 1, 1]);
+    assert_eq!(second[..3], [299_u32.div_ceil(64), 1, 1]);
+    let [first, second] = [first, second].map(|words| &words[BATCH_DRAW_WORD as usize..]);
+    assert_eq!(first[..2], [6 * 1000, 1]);
+    assert_eq!(second[..2], [6 * 299, 1]);
 }
 
 /// A cell around the direction of the sun as a pinhole image: the patch is a camera 2 m above the floor.

@@ -9,7 +9,7 @@ use crate::gpu::{
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
-use crate::render::gpu_types::constants::{MAX_BANDS, SPLAT_GROUP};
+use crate::render::gpu_types::constants::{MAX_BANDS, SPLAT_GROUP, WAVE_DRAW_WORD, WAVE_WORDS};
 use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Footprint, PilotRay};
 use crate::render::splat::prefix_sums::BlockSums;
 use crate::render::splat::quads::{self, draw_push};
@@ -27,9 +27,6 @@ const MAX_DISPERSED_FOOTPRINTS: u32 = 3 << 19; // 120 MiB, below what every devi
 const SPREAD: f32 = 0.2;
 /// Number of waves, after which every path follows one lobe of a surface to its end.
 pub const WAVES: u32 = 6;
-/// Words of the sizes of a wave: see scan_chains.comp.
-const WAVE_WORDS: u32 = 14;
-const DRAW_WORD: u32 = 9;
 
 pub struct Chains {
     pilot: BoundPipeline,
@@ -246,7 +243,7 @@ impl Chains {
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         let push = draw_push(light_map);
         let (draw, quads, waves) = (&self.draw, &self.quads, &self.waves[WAVES as usize % 2]);
-        let offset = 4 * u64::from(DRAW_WORD);
+        let offset = 4 * WAVE_DRAW_WORD as u64;
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, waves, offset);
     }
 }

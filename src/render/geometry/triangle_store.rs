@@ -7,14 +7,16 @@
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
 use crate::render::gpu_types;
-use crate::render::gpu_types::constants::{IS_MESH_RECEIVER, OCCLUDES, OCCLUDES_ENVIRONMENT};
+use crate::render::gpu_types::constants::{
+    COUNT_SHIFT, IS_MESH_RECEIVER, OCCLUDES, OCCLUDES_ENVIRONMENT,
+};
 use crate::scene::{Atlas, Geometry, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
 /// Maximum index in a link of the hierarchy.
-const MAX_TRIANGLES: usize = (1 << 28) - 1;
+const MAX_TRIANGLES: usize = (1 << COUNT_SHIFT) - 1;
 
 pub struct TriangleStore {
     pub triangles: Vec<gpu_types::Triangle>,

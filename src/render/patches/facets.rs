@@ -4,6 +4,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::gpu_types::constants::FACET_DIVISION_SHIFT;
 use crate::render::gpu_types::{Facet, FacetCorner};
 use crate::render::settings::{Method, Settings};
 use crate::scene::{Mesh, Scene};
@@ -136,7 +137,7 @@ fn facets(
                         .sum();
                     facets.push(Facet {
                         triangle,
-                        place: part | size << 16,
+                        place: part | size << FACET_DIVISION_SHIFT,
                         corner0,
                         corner1,
                         corner2,

@@ -3,11 +3,12 @@
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
+use crate::render::gpu_types::constants::{MAX_ROW, SPLAT_GROUP};
 use crate::render::gpu_types::{Patch, SamplePush};
 use std::sync::Arc;
 
-/// Patches per dispatch: every device supports 65 535 workgroups, of 64 threads here.
-pub const BATCH: u32 = 65_535 * 64;
+/// Patches of a dispatch.
+pub const BATCH: u32 = MAX_ROW * SPLAT_GROUP;
 
 pub struct Sample {
     pipeline: BoundPipeline,

@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::DiffuseSurface;
 use crate::render::gpu_types::constants::{
-    ATLAS, BLOCK, DIRECT_CELLS_SIDE, LIGHTS_PER_WORD, NO_SURFACE, PLANE, POINTS,
+    ATLAS, BLOCK, DIRECT_CELLS_SIDE, GROUP_SIDE, LIGHTS_PER_WORD, NO_SURFACE, PLANE, POINTS,
 };
 use crate::render::receivers::light_maps::{DeviceReceivers, pack_tiles};
 use crate::render::receivers::points::MeshPoints;
@@ -50,8 +50,8 @@ impl SurfaceTile {
     pub fn environment_threads(&self) -> [u32; 2] {
         let [width, height] = self.environment_size();
         [
-            width.div_ceil(8 * DIRECT_CELLS_SIDE) * 8,
-            height.div_ceil(8 / DIRECT_CELLS_SIDE) * 8,
+            width.div_ceil(GROUP_SIDE * DIRECT_CELLS_SIDE) * GROUP_SIDE,
+            height.div_ceil(GROUP_SIDE / DIRECT_CELLS_SIDE) * GROUP_SIDE,
         ]
     }
 

@@ -4,14 +4,12 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::Footprint;
+use crate::render::gpu_types::constants::FOOTPRINT_SLOTS;
 use crate::render::lights::Source;
 use crate::render::splat::kernel_profiles::CLUSTER_SPREAD;
 use crate::render::splat::projector::{Description, Projector, passes};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
-
-/// Footprints of a patch on a receiver for one lobe: the footprint and its fold.
-const SLOTS: u32 = 2;
 
 /// # Errors
 /// As [`Projector::new`].
@@ -25,7 +23,7 @@ pub fn footprints(
         shader: &shaders::ENVIRONMENT_FOOTPRINT_COMP,
         splats: "footprints",
         splat_bytes: size_of::<Footprint>(),
-        slots: SLOTS * scene.planar_targets(),
+        slots: FOOTPRINT_SLOTS * scene.planar_targets(),
         draw: [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG],
         draw_reads: &[],
         receiver_count: scene.receivers.planar_count,

@@ -3,11 +3,9 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Image, Staging};
 use crate::render::gpu_types::DrawPush;
+use crate::render::gpu_types::constants::QUAD_CORNERS;
 use glam::Vec2;
 use std::sync::Arc;
-
-/// Corners of the two triangles of a quad; see quad.glsl.
-const CORNERS: [u32; 6] = [0, 1, 2, 2, 1, 3];
 
 /// The index buffer of `count` quads. Vertex 4 i + c is corner c of quad i.
 ///
@@ -20,7 +18,7 @@ pub fn indices(
     count: u32,
 ) -> Result<Buffer> {
     let indices: Vec<u32> = (0..count)
-        .flat_map(|quad| CORNERS.map(|corner| 4 * quad + corner))
+        .flat_map(|quad| QUAD_CORNERS.map(|corner| 4 * quad + corner))
         .collect();
     let buffer = Buffer::new(context, name, size_of_val(&*indices) as u64)?;
     staging.write(&buffer, 0, &indices)?;

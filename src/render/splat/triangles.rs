@@ -10,7 +10,8 @@ use crate::gpu::{
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::{
-    MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH, SHARE_LEVELS, SPLAT_GROUP,
+    ARGUMENT_WORDS, BATCH_DRAW_WORD, MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH,
+    SECOND_UNITS_WORD, SHARE_LEVELS, SPLAT_GROUP, UNITS_WORD,
 };
 use crate::render::gpu_types::{
     FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
@@ -28,8 +29,6 @@ const BATCH: u32 = 1 << 17;
 const SHARE_OF_SAMPLE: f32 = 2.0;
 /// 1/share over the number of patches, at most: patches are divided further from 1.3 shares on.
 const SHARES_PER_PATCH: f64 = 1.7;
-/// Words of the arguments of a batch, and before the first batch.
-const ARGUMENT_WORDS: u32 = 9;
 
 pub struct Triangles {
     facet_flux: BoundPipeline,
@@ -116,7 +115,7 @@ impl Triangles {
         let targets = u64::from(scene.planar_targets());
         let lights = u64::from(scene.lights.count);
         let pairs = u64::from(facets.facet_count) * lights;
-        let limit = u64::from(u32::MAX / 64);
+        let limit = u64::from(u32::MAX / SPLAT_GROUP);
         let aim = Aim::new(
             settings,
             scene.patch_budget,
@@ -425,7 +424,7 @@ impl Triangles {
         clear: bool,
     ) {
         let push = draw_push(light_map);
-        let offset = 4 * u64::from((batch + 1) * ARGUMENT_WORDS + 3);
+        let offset = 4 * u64::from((batch + 1) * ARGUMENT_WORDS + BATCH_DRAW_WORD);
         let (draw, quads, totals) = (&self.draw, &self.quads, &self.splat_totals);
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, totals, offset);
     }
@@ -435,7 +434,7 @@ impl Triangles {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn batches_in_use(&self) -> Result<u32> {
-        let splats = self.splat_totals.read::<u32>(7)?[6];
+        let splats = units(&self.splat_totals)?[0];
         Ok(splats.div_ceil(BATCH).clamp(1, self.batches))
     }
 
@@ -469,14 +468,19 @@ impl Triangles {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn counts(&self) -> Result<Counts> {
-        // Words 6 and 7 are the totals: see scan.comp.
-        let patches = self.patch_totals.read::<u32>(8)?;
-        let splats = self.splat_totals.read::<u32>(8)?;
+        let [patches, _] = units(&self.patch_totals)?;
+        let [_, lit_patches] = units(&self.splat_totals)?;
         Ok(Counts {
-            patches: patches[6],
-            lit_patches: splats[7],
+            patches,
+            lit_patches,
         })
     }
+}
+
+/// The totals of both sums, of those that scan.comp wrote.
+fn units(totals: &Buffer) -> Result<[u32; 2]> {
+    let words = totals.read::<u32>(ARGUMENT_WORDS as usize)?;
+    Ok([UNITS_WORD, SECOND_UNITS_WORD].map(|word| words[word as usize]))
 }
 
 fn pairs(scene: &DeviceScene, group: LightGroup) -> u32 {

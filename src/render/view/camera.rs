@@ -7,6 +7,7 @@ use crate::gpu::{
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
+use crate::render::gpu_types::constants::SPLAT_GROUP;
 use crate::render::gpu_types::{CameraPush, Light, ViewPush};
 use crate::render::view::work_list::{Items, WorkList};
 use crate::scene::Camera;
@@ -70,7 +71,7 @@ impl View {
         ];
         let capacity = u64::from(tile[0]) * u64::from(tile[1]);
         // A pixel of the first list may be in the second one, too.
-        let pixels = WorkList::new(context, scene, 2 * capacity, 4, 64)?;
+        let pixels = WorkList::new(context, scene, 2 * capacity, 4, SPLAT_GROUP)?;
         let maps = [
             ("light_map", Resource::Image(light_map)),
             ("direct_map", Resource::Image(direct_map)),
@@ -309,7 +310,7 @@ impl View {
             forward,
             rotation,
             size,
-            part: Vec2::ZERO,
+            tile: Vec2::ZERO,
         }
     }
 
@@ -330,7 +331,7 @@ impl View {
             forward: forward.as_vec3(),
             capacity: 2 * self.tile[0] * self.tile[1],
             size: UVec2::new(width, height).as_vec2(),
-            part: tile,
+            tile,
             first: tile,
             end: tile + UVec2::from(size),
         }

@@ -6,7 +6,7 @@ use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
 use crate::render::environment::direct_cells::POINT_CELLS;
 use crate::render::gpu_types::constants::{
-    BLOCK, DIRECT_CELLS, DIRECT_CELLS_SIDE, DIRECT_CELLS_STEP, LIGHT_RAYS_SIDE,
+    BLOCK, DIRECT_CELLS, DIRECT_CELLS_SIDE, DIRECT_CELLS_STEP, LIGHT_RAYS_SIDE, SPLAT_GROUP,
 };
 use crate::render::gpu_types::{
     ClassifyPush, DirectEnvironmentPush, DirectPointsPush, DirectPush, ListedPush,
@@ -75,13 +75,13 @@ impl Direct {
                     .product::<u64>()
             })
             .sum();
-        let sharp_texels = WorkList::new(context, scene, environment_texels, 8, 64)?;
+        let sharp_texels = WorkList::new(context, scene, environment_texels, 8, SPLAT_GROUP)?;
         let blocks = WorkList::new(context, scene, scene.surfaces.block_count.into(), 8, 1)?;
         let lit_texels = match scene.lights.scene_count {
             0 => 0,
             _ => u64::from(scene.surfaces.block_count) * u64::from(BLOCK * BLOCK),
         };
-        let texels = WorkList::new(context, scene, lit_texels, 8, 64)?;
+        let texels = WorkList::new(context, scene, lit_texels, 8, SPLAT_GROUP)?;
         let listed_texels = [
             ("texel_counts", Resource::Buffer(&texels.counts)),
             ("texels", Resource::Buffer(&texels.items)),

@@ -12,6 +12,7 @@ use crate::gpu::{Access, Recorder};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{GroupRect, first_groups, group_count};
 use crate::render::frame::{LIGHT_MAP_WRITE, dilate_meshes};
+use crate::render::gpu_types::constants::{MAX_ROW, SPLAT_GROUP};
 use crate::render::receivers::dilate::Dilate;
 use crate::render::view::camera::View;
 use crate::render::view::direct::Direct;
@@ -22,8 +23,8 @@ use std::ops::Range;
 /// Workgroups of a first submission that lists pixels: 20 ms.
 const LISTED_GROUPS: u64 = 1 << 13;
 /// Units of a workgroup, and of a dispatch.
-const POINT_GROUP: u64 = 64;
-const MAX_POINTS: u64 = POINT_GROUP * 65_535;
+const POINT_GROUP: u64 = SPLAT_GROUP as u64;
+const MAX_POINTS: u64 = POINT_GROUP * MAX_ROW as u64;
 
 /// Computes the direct light of diffuse surfaces.
 pub fn direct_light(
@@ -230,7 +231,7 @@ fn each_listed(
     })
 }
 
-/// Records a pass over `total` units, 64 to a workgroup.
+/// Records a pass over `total` units, [`SPLAT_GROUP`] to a workgroup.
 fn each_range(
     recorder: &mut Recorder,
     pass: &'static str,

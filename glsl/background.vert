@@ -1,6 +1,0 @@
-// background: a triangle around the picture, farther than everything.
-#version 460
-
-void main() {
-    gl_Position = vec4(gl_VertexIndex == 2 ? 3.0 : -1.0, gl_VertexIndex == 1 ? 3.0 : -1.0, 0.0, 1.0);
-}

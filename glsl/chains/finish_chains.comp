@@ -1,0 +1,73 @@
+// finish chains: follows what is left after the last wave to its end, along one lobe of every surface, chosen in proportion to its
+// light. Each path has one footprint, which is empty where it lands nowhere.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
+layout(std430, binding = 6) readonly buffer Lattices { ChainLattice lattices[]; };
+CHAIN_PATHS(7)
+layout(std430, binding = 8) readonly buffer Waves { uint waves[]; };
+layout(std430, binding = 9) writeonly buffer Footprints { Footprint footprints[]; };
+layout(std430, binding = 10) buffer Coarse { uint coarse[]; };
+layout(std430, binding = 11) readonly buffer Profiles { Profile profiles[]; };
+layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
+#include "chain_push.glsl"
+
+#include "blocks.glsl"
+#include "trace.glsl"
+#include "light.glsl"
+#include "optics.glsl"
+#include "media.glsl"
+#include "chain_hit.glsl"
+#include "planar_receiver.glsl"
+#include "kernel_fit.glsl"
+#include "level_kernel.glsl"
+#include "light_axes.glsl"
+#include "chain_ray.glsl"
+#include "chain.glsl"
+#include "chain_changes.glsl"
+#include "spectrum.glsl"
+#include "chain_footprint.glsl"
+
+// The first receiver that the path's light lands on, with light of one part of the spectrum, chosen by a number from 0 to 1.
+bool finish(ChainPath path, ChainHit hit, float number, inout Footprint footprint) {
+    for (uint index = 0; index < push.receiver_count; index++) {
+        PlanarReceiver receiver = planar_receiver_at(index);
+        Landing landing;
+        if (!land(path, hit, receiver, index, landing)) continue;
+        uint parts = parts_of(landing);
+        vec3 flux = float(parts) * flux_after(path, landing.distance_);
+        choose_part(landing, flux, min(uint(number * float(parts)), parts - 1), parts);
+        footprint = footprint_of(landing, flux, receiver, index);
+        return true;
+    }
+    return false;
+}
+
+void main() {
+    uint index = thread_index();
+    if (index >= waves[UNITS_WORD]) return;
+    uint place = waves[FOOTPRINTS_WORD] + index;
+    if (place >= push.splat_capacity) return;
+    ChainPath path = path_at(index);
+    trace_band(path);
+    Footprint footprint = no_footprint();
+    for (;;) {
+        ChainHit hit = hit_of(path);
+        Interaction at;
+        if (finish(path, hit, choice(index, interfaces_of(path)), footprint)) break;
+        if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) break;
+        Lobe lobe;
+        bool refracts;
+        if (!choose_lobe(path, at, choice(index, interfaces_of(path)), lobe, refracts)) break;
+        path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
+    }
+    footprints[place] = footprint;
+}

@@ -1,0 +1,30 @@
+// scan chains: replaces the sums of blocks of a wave by their prefix sums, and writes the sizes of the next wave.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
+// A VkDispatchIndirectCommand with a thread for each path of the wave, three unused words, the number of paths of the wave, the
+// number of footprints of earlier waves, that of paths for which there was no room, and a VkDrawIndexedIndirectCommand of the
+// footprints where each path of the wave has one.
+layout(std430, binding = 1) readonly buffer Waves { uint waves[]; };
+layout(std430, binding = 2) writeonly buffer NextWaves { uint next_waves[]; };
+#include "chain_push.glsl"
+
+#include "prefix_sum.glsl"
+#include "dispatch_arguments.glsl"
+
+// One workgroup.
+void main() {
+    uint blocks = (waves[UNITS_WORD] + SPLAT_GROUP - 1) / SPLAT_GROUP;
+    SCAN_BLOCKS(block_sums, blocks, total)
+    if (gl_LocalInvocationIndex != 0) return;
+    uint paths = min(total.x, push.path_capacity);
+    uint footprints = min(waves[FOOTPRINTS_WORD] + total.y, push.splat_capacity);
+    WRITE_DISPATCH_OF(next_waves, 0, paths)
+    next_waves[UNITS_WORD] = paths;
+    next_waves[FOOTPRINTS_WORD] = footprints;
+    next_waves[LOST_PATHS_WORD] = waves[LOST_PATHS_WORD] + total.x - paths;
+    WRITE_DRAW(next_waves, WAVE_DRAW_WORD, min(footprints + paths, push.splat_capacity))
+}

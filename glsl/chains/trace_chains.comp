@@ -1,0 +1,55 @@
+// trace chains: finds what the rays of a wave of chains meet, and counts the lobes to follow and the footprints of each.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
+layout(std430, binding = 6) readonly buffer Lattices { ChainLattice lattices[]; };
+CHAIN_PATHS(7)
+layout(std430, binding = 8) writeonly buffer Hits { ChainHit hits[]; };
+layout(std430, binding = 9) writeonly buffer Numbers { uvec2 numbers[]; }; // lobes, footprints
+layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
+#include "chain_push.glsl"
+
+#include "blocks.glsl"
+#include "trace.glsl"
+#include "light.glsl"
+#include "optics.glsl"
+#include "media.glsl"
+#include "chain_hit.glsl"
+#include "planar_receiver.glsl"
+#include "chain_ray.glsl"
+#include "chain.glsl"
+
+void main() {
+    uint index = thread_index();
+    if (index >= waves[UNITS_WORD]) return;
+    ChainPath path;
+    if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
+    trace_band(path);
+    ChainHit hit = hit_of(path);
+
+    uvec2 number = uvec2(0);
+    Interaction at;
+    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
+        Lobe lobes[2];
+        lobes_of(path, at, lobes);
+        number.x = uint(lobes[0].is_followed) + uint(lobes[1].is_followed);
+    }
+    // Light of a single surface is that of the facets.
+    if (interfaces_of(path) > 1) {
+        for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
+            Landing landing;
+            if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) number.y += parts_of(landing);
+        }
+    }
+    numbers[index] = number;
+    hit.footprints = number.y;
+    hits[index] = hit;
+}

@@ -1,4 +1,0 @@
-// nearest: nothing but the depth.
-#version 460
-
-void main() {}

@@ -1,0 +1,59 @@
+// choose_share: chooses the largest patch share with which a receiver's estimated error is at most the one to aim for.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+// Per block of pairs, receiver and level: errors of images, of shadows and of profiles, and patches beyond one for
+// each pair.
+layout(std430, binding = 0) readonly buffer Errors { vec4 errors[]; };
+layout(std430, binding = 1) buffer Shares { ReceiverShare shares[]; };
+#include "facet_push.glsl"
+#include "error_model.glsl"
+
+shared vec4 sums[SHARE_LEVELS];
+
+// Error at a level that may lie between two whole ones.
+float error_at(float level) {
+    uint low = min(uint(level), SHARE_LEVELS - 2);
+    return exp2(mix(log2(estimated_error(sums[low].xyz)), log2(estimated_error(sums[low + 1].xyz)), level - float(low)));
+}
+
+// One workgroup a receiver, one thread a level.
+void main() {
+    uint receiver = gl_WorkGroupID.x;
+    uint level = gl_LocalInvocationIndex;
+    uint blocks = (push.facet_count * push.light_count + SPLAT_GROUP - 1) / SPLAT_GROUP;
+    if (level < SHARE_LEVELS && push.error > 0.0) {
+        vec4 sum = vec4(0.0);
+        for (uint block = 0; block < blocks; block++) sum += errors[(block * push.receiver_count + receiver) * SHARE_LEVELS + level];
+        sums[level] = sum;
+    }
+    barrier();
+    if (level != 0) return;
+    float chosen = log2(FIRST_SHARE / push.patch_share);
+    bool is_limited = false;
+    if (push.error > 0.0) {
+        // Receivers share the budget.
+        float budget = float(push.patch_budget) / float(push.receiver_count);
+        float finest = 0.0;
+        while (finest < float(SHARE_LEVELS - 1) && sums[uint(finest) + 1].w <= budget) finest += 1.0;
+        // What finer patches do not change leaves them at least half of the error.
+        float aim = max(push.error, fixed_error(sums[0].z) + 0.5 * push.error);
+        chosen = 0.0;
+        while (chosen < finest && error_at(chosen) > aim) chosen += 1.0;
+        is_limited = error_at(chosen) > aim && finest < float(SHARE_LEVELS - 1);
+        // Interpolates between this level and the one before.
+        if (chosen > 0.0 && error_at(chosen) <= aim) {
+            float before = log2(error_at(chosen - 1.0));
+            float here = log2(error_at(chosen));
+            chosen -= clamp((log2(aim) - here) / max(before - here, 1e-6), 0.0, 1.0);
+        }
+        chosen = max(chosen, min(log2(FIRST_SHARE * MIN_PATCHES_PER_ERROR / push.error), finest));
+    }
+    ReceiverShare share = shares[receiver];
+    share.patch_share = FIRST_SHARE * exp2(-chosen);
+    share.error = share.flux > 0.0 && push.error > 0.0 ? error_at(chosen) : 0.0;
+    share.is_limited = is_limited && share.flux > 0.0 ? 1 : 0;
+    shares[receiver] = share;
+}

@@ -1,0 +1,66 @@
+// facet_error: estimates the error of a receiver, and the number of patches, for every level of patch shares.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+FACETS(0)
+FACET_IMAGES(1)
+layout(std430, binding = 2) readonly buffer Shares { ReceiverShare shares[]; };
+layout(std430, binding = 3) readonly buffer Visibility { uint visibility[]; };
+// Per block of pairs, receiver and level: errors of images, of shadows and of profiles, and patches beyond one for
+// each pair.
+layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
+#include "facet_push.glsl"
+#include "error_model.glsl"
+#include "facet_visibility.glsl"
+#include "blocks.glsl"
+
+// Whether the corners of a facet do not agree on a receiver.
+bool is_mixed(uint pair, uint receiver) {
+    Facet facet = facet_at(pair % push.facet_count);
+    uint words = words_of_targets();
+    uint first = pair / push.facet_count * push.corner_count;
+    uint target = receiver * push.lobes;
+    uvec3 at = (first + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words + target / 16;
+    uvec3 states = uvec3(visibility[at.x], visibility[at.y], visibility[at.z]) >> 2 * (target % 16) & 3u;
+    return any(equal(states, uvec3(BLOCKED))) && any(equal(states, uvec3(LIT)));
+}
+
+void main() {
+    uint block = thread_index() / push.receiver_count;
+    uint receiver = thread_index() % push.receiver_count;
+    uint pairs = push.facet_count * push.light_count;
+    uint end = min((block + 1) * SPLAT_GROUP, pairs);
+    if (block * SPLAT_GROUP >= pairs) return;
+    float flux = shares[receiver].flux;
+    vec4 sums[SHARE_LEVELS];
+    for (uint level = 0; level < SHARE_LEVELS; level++) sums[level] = vec4(0.0);
+    for (uint pair = block * SPLAT_GROUP; pair < end; pair++) {
+        // lavapipe runs the code of a branch that no thread takes, but not the rest of a loop that all have left.
+        while (pair < end && facet_image_at(pair * push.receiver_count + receiver).flux <= 0.0) pair++;
+        if (pair >= end) break;
+        FacetImage image = facet_image_at(pair * push.receiver_count + receiver);
+        float share = image.flux / flux;
+        vec2 first = unpackHalf2x16(image.deviation_longest);
+        vec2 second = unpackHalf2x16(image.height_blur);
+        float blur = max(second.y, 1e-3);
+        float of_profiles = share * image.profile;
+        float mixed = push.can_occlude != 0 && is_mixed(pair, receiver) ? 1.0 : 0.0;
+        for (uint level = 0; level < SHARE_LEVELS; level++) {
+            float patch_share = FIRST_SHARE / float(1 << level);
+            float parts = facet_division(share, patch_share);
+            float deviation = first.x / (parts * parts);
+            float longest = first.y / parts;
+            float height = second.x / parts;
+            float of_patch = share / (parts * parts);
+            float n = image_division(of_patch, deviation, height, blur, patch_share);
+            // The edge of a shadow crosses about this number of patches.
+            float crossed = (2.0 * parts - 1.0) * mixed;
+            float finer = max(n, mixed_division(of_patch, longest, blur, patch_share));
+            sums[level] += vec4(parts * parts * image_error(of_patch, deviation, longest, blur, n),
+                crossed * shadow_error(of_patch, longest, blur, finer), of_profiles, parts * parts - 1.0);
+        }
+    }
+    for (uint level = 0; level < SHARE_LEVELS; level++) errors[(block * push.receiver_count + receiver) * SHARE_LEVELS + level] = sums[level];
+}

@@ -1,0 +1,98 @@
+// trace_corners: finds whether light reaches the corners of patches and from there the receivers.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+TRIANGLES(0)
+NORMALS(1)
+NODES(2)
+OBJECTS(3)
+LIGHTS(4)
+PLANAR_RECEIVERS(5)
+FACETS(6)
+layout(std430, binding = 7) readonly buffer Corners { FacetCorner facet_corners[]; };
+layout(std430, binding = 8) readonly buffer Patches { FacetPatches facet_patches[]; };
+layout(std430, binding = 9) readonly buffer PatchSums { uvec2 patch_sums[]; }; // see blocks.glsl: patches, patch corners
+layout(std430, binding = 10) readonly buffer PatchNumbers { uvec2 patch_numbers[]; };
+layout(std430, binding = 11) readonly buffer Totals { uint totals[]; };
+layout(std430, binding = 12) buffer Visibility { uint visibility[]; };
+#include "facet_push.glsl"
+
+#include "trace.glsl"
+#include "light.glsl"
+#include "optics.glsl"
+#include "planar_receiver.glsl"
+#include "facet.glsl"
+#include "facet_rays.glsl"
+#include "facet_visibility.glsl"
+#include "blocks.glsl"
+
+#define BLOCK_POINTS(i) patch_sums[i].y
+#define FIRST_POINT(i) patch_numbers[i].y
+
+void main() {
+    uint corners = push.corner_count * push.light_count;
+    uint words = words_of_targets();
+    uint index = thread_index() + (push.is_lattice != 0 ? corners : 0);
+    uint light_index;
+    uint triangle;
+    vec2 st;
+    uint targets;
+    if (push.is_lattice == 0) {
+        // The targets of the facets around the corner.
+        if (index >= corners || visibility[index * words] == 0) return;
+        targets = visibility[index * words];
+        light_index = index / push.corner_count;
+        FacetCorner corner = facet_corners[index % push.corner_count];
+        triangle = corner.triangle;
+        st = vec2(corner.s, corner.t);
+    } else {
+        uint point = index - corners;
+        if (point >= totals[SECOND_UNITS_WORD]) return;
+        uint pairs = push.facet_count * push.light_count;
+        SEARCH(block, 0, (pairs + SPLAT_GROUP - 1) / SPLAT_GROUP, point, BLOCK_POINTS)
+        point -= patch_sums[block].y;
+        uint first = block * SPLAT_GROUP;
+        SEARCH(pair, first, min(SPLAT_GROUP, pairs - first), point, FIRST_POINT)
+        FacetPatches patches = facet_patches[pair];
+        uint n = patches.division;
+        uvec2 place = lattice_place(point - patch_numbers[pair].y, n);
+        // The facet's own corners are listed with the other facets' corners.
+        if (place.x == n || place.y == n || place.x + place.y == 0) return;
+        Facet facet = facet_at(pair % push.facet_count);
+        light_index = pair / push.facet_count;
+        // Where the facet's corners agree, everything between them is taken to agree.
+        uvec3 corners_at = (light_index * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;
+        bool agree = true;
+        for (uint word = 0; word < words; word++) {
+            uvec3 states = uvec3(visibility[corners_at.x + word], visibility[corners_at.y + word], visibility[corners_at.z + word]);
+            agree = agree && is_known(states.x) && all(equal(states, states.xxx));
+            visibility[index * words + word] = states.x;
+        }
+        if (agree) return;
+        triangle = facet.triangle;
+        targets = patches.targets;
+        st = place_in(facet_cell(facet), vec2(place) / float(n));
+    }
+    Light light = light_at(light_index);
+    Surface surface = surface_toward(triangle, light);
+    OutgoingRay rays[2] = OutgoingRay[](leave(surface, light, 0.0, st), leave(surface, light, surface.eta, st));
+    for (uint word = 0; word < words; word++) visibility[index * words + word] = 0;
+    uint arrives = UNKNOWN;
+    uint count = push.lobes * push.receiver_count;
+    for (uint target = next_target(targets, 0, count); target < count; target = next_target(targets, target + 1, count)) {
+        uint lobe = target % push.lobes;
+        if (lobe == 1 && surface.eta == 0.0) continue;
+        uint state = arrives == BLOCKED ? BLOCKED : UNKNOWN;
+        if (arrives != BLOCKED) {
+            PlanarReceiver receiver = planar_receiver_at(target / push.lobes);
+            Landing landing = land(surface, rays[lobe], receiver);
+            if (landing.margin >= 0.0 && is_inside(receiver, landing.texel)) {
+                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st) ? LIT : BLOCKED;
+                state = arrives == LIT && light_leaves(surface, st, receiver, landing.texel) ? LIT : BLOCKED;
+            }
+        }
+        visibility[index * words + target / 16] |= state << 2 * (target % 16);
+    }
+}

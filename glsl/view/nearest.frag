@@ -1,0 +1,4 @@
+// nearest: writes only the depth.
+#version 460
+
+void main() {}
