@@ -34,7 +34,7 @@
 //!
 //! [`gpu`] is a thin layer over ash: the device, its own or that of a host application, buffers and images that own
 //! their memory, pipelines that read their bindings from the SPIR-V, and a recorder with named passes. All
-//! shaders are in `glsl/`, in folders of the same names as those of `src/render`, one file for each.
+//! shaders are in `glsl/`, in folders of the same names as those of `src/render`, one file per pass.
 //!
 //! [`render`] is the renderer. `src/render/frame.rs` has every pass and every barrier of a frame, in order:
 //!
