@@ -38,7 +38,7 @@ fn files_of_the_renderer_are_short() {
 }
 
 /// What a file says about other files. A name of a module is a path such as `render::frame`, from the crate's root, whose
-/// own name is empty.
+/// own name is empty. Globs of the crate's own modules are not followed, as there are none.
 struct File {
     /// Its code without `use` items, comments and tests.
     body: String,
@@ -132,8 +132,8 @@ fn definer(files: &BTreeMap<String, File>, file: &str, path: &str) -> Option<Str
 
 /// Which files each file needs.
 fn needs(files: &BTreeMap<String, File>) -> BTreeMap<&str, BTreeSet<String>> {
-    let of = |(name, file): (&'_ String, &'_ File)| -> BTreeSet<String> {
-        let in_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    let in_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    let of = |name: &String, file: &File| -> BTreeSet<String> {
         let words = file.body.split(|c| !in_path(c));
         (words.map(|word| word.trim_matches(':')))
             .chain(file.private.iter().map(String::as_str))
@@ -142,7 +142,7 @@ fn needs(files: &BTreeMap<String, File>) -> BTreeMap<&str, BTreeSet<String>> {
             .collect()
     };
     (files.iter())
-        .map(|(name, file)| (name.as_str(), of((name, file))))
+        .map(|(name, file)| (name.as_str(), of(name, file)))
         .collect()
 }
 
@@ -193,10 +193,7 @@ fn no_two_files_need_each_other() {
 fn circles_are_seen() {
     let sources = [
         ("", "mod folder;\nmod lone;\npub use ash;\n"),
-        (
-            "folder",
-            "mod a;\nmod b;\nmod c;\npub use a::A;\npub use b::*;\n",
-        ),
+        ("folder", "mod a;\nmod b;\nmod c;\npub use a::A;\n"),
         (
             "folder::a",
             "use crate::{lone::{self, Lone}, folder::{b::{B, self}}};\n",
