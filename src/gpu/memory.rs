@@ -39,7 +39,7 @@ pub(super) fn allocate(
         })
 }
 
-/// Vulkan objects with the memory under them. Held by the [`Buffer`] or [`Image`] and by the
+/// Vulkan objects with the memory under them. Held by the [`Buffer`] or [`super::Image`] and by the
 /// pipelines that it is bound to; the last of them frees it.
 pub(super) struct Owned {
     pub(super) context: Arc<Context>,

@@ -33,8 +33,8 @@ use std::path::Path;
 /// whole or not at all.
 ///
 /// # Errors
-/// [`Error::Usage`] if `chart` has nothing that can be drawn or a value that is not finite, and
-/// [`Error::Output`] where the folder is missing or cannot be written.
+/// [`crate::Error::Usage`] if `chart` has nothing that can be drawn or a value that is not finite, and
+/// [`crate::Error::Output`] where the folder is missing or cannot be written.
 pub fn write(chart: &Chart, folder: &Path) -> Result<()> {
     chart.check()?;
     // All four are made before one is written, so that they do not contradict each other.
