@@ -1,9 +1,9 @@
 //! `nephroid chart`: speed against accuracy.
 
-use super::files::make_folder;
+use super::files::{load_scene, make_folder};
+use super::shipped;
 use super::signals::cancelled;
 use super::terminal::{escaped, log, log_some, print, progress_bar};
-use super::{load_scene, shipped};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::gpu::{Context, ContextOptions};

@@ -1,8 +1,7 @@
 //! `nephroid completions`: what shells and `man` need to know.
 
-use super::Cli;
 use super::terminal::print_bytes;
-use clap::{Args, CommandFactory, ValueEnum};
+use clap::{Args, Command, ValueEnum};
 use clap_complete::Shell;
 use nephroid::Result;
 use nephroid::output::cannot_write;
@@ -28,24 +27,24 @@ enum Kind {
     Man,
 }
 
-pub fn run(arguments: &Arguments) -> Result<()> {
+/// `command` is the whole program's.
+pub fn run(arguments: &Arguments, mut command: Command) -> Result<()> {
     let shell = match arguments.kind {
         Kind::Bash => Shell::Bash,
         Kind::Elvish => Shell::Elvish,
         Kind::Fish => Shell::Fish,
         Kind::Powershell => Shell::PowerShell,
         Kind::Zsh => Shell::Zsh,
-        Kind::Man => return man_page(),
+        Kind::Man => return man_page(command),
     };
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "nephroid", &mut script);
+    clap_complete::generate(shell, &mut command, "nephroid", &mut script);
     print_bytes(&script)
 }
 
 /// One page with a section for every command.
-fn man_page() -> Result<()> {
+fn man_page(mut command: Command) -> Result<()> {
     let mut page = Vec::new();
-    let mut command = Cli::command();
     command.build();
     let mut render = || -> std::io::Result<()> {
         clap_mangen::Man::new(command.clone()).render(&mut page)?;

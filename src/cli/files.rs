@@ -1,9 +1,10 @@
 //! The files that a command reads and writes.
 
+use super::terminal::log_some;
 use super::timeline::{Shot, Timeline};
 use clap::Args;
 use nephroid::output::{cannot_write, check_writable};
-use nephroid::scene::Scene;
+use nephroid::scene::{self, Loaded, Scene};
 use nephroid::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -70,6 +71,13 @@ impl MapFiles {
             },
         }
     }
+}
+
+/// Loads a scene; warnings go to the log.
+pub fn load_scene(path: &Path) -> Result<Loaded> {
+    let loaded = scene::load(path)?;
+    log_some("warning", &loaded.warnings);
+    Ok(loaded)
 }
 
 /// Start of the comment in the EXR file of a view.

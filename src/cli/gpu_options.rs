@@ -1,11 +1,11 @@
 //! Code that `render` and `bake` share: options of the renderer, stills and sequences, profiling,
 //! reports.
 
-use super::files::{Files, lossy};
+use super::files::{Files, load_scene, lossy};
+use super::light_map_size::LightMapSize;
 use super::signals::{cancelled, watcher};
 use super::terminal::{log, log_some, print, print_json, progress_bar};
 use super::timeline::{Shot, Timeline, each_frame, numbered};
-use super::{LightMapSize, load_scene};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};

@@ -7,6 +7,7 @@ mod completions;
 mod devices;
 mod files;
 mod gpu_options;
+mod light_map_size;
 mod reference;
 mod render;
 mod shipped;
@@ -20,12 +21,8 @@ mod view;
 #[path = "no_view.rs"]
 mod view;
 
-use clap::{Parser, Subcommand};
-use nephroid::scene::{self, Loaded, MAX_LIGHT_MAP_SIDE, light_map_side};
+use clap::{CommandFactory, Parser, Subcommand};
 use nephroid::{Error, Result};
-use std::path::Path;
-use std::str::FromStr;
-use terminal::log_some;
 
 /// Caustics in real time
 #[derive(Parser)]
@@ -60,7 +57,7 @@ impl Cli {
             Command::Stress(arguments) => stress::run(&arguments),
             Command::Chart(arguments) => chart::run(&arguments),
             Command::Devices(arguments) => devices::run(&arguments),
-            Command::Completions(arguments) => completions::run(&arguments),
+            Command::Completions(arguments) => completions::run(&arguments, Self::command()),
         }
     }
 }
@@ -87,71 +84,12 @@ pub fn exit_code(error: &Error) -> u8 {
     }
 }
 
-/// Size of a light map: `256`, its width with the height in the scene file's proportion, or
-/// `256x128`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum LightMapSize {
-    Width(u32),
-    Both([u32; 2]),
-}
-
-impl FromStr for LightMapSize {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let side = |text: &str| {
-            let parsed = text.parse().map_err(|_| "a side is no whole number".into());
-            parsed
-                .and_then(light_map_side)
-                .map_err(|reason: String| format!("{reason}; give the width, or WIDTHxHEIGHT"))
-        };
-        match text.split_once('x') {
-            None => Ok(Self::Width(side(text)?)),
-            Some((width, height)) => Ok(Self::Both([side(width)?, side(height)?])),
-        }
-    }
-}
-
-impl LightMapSize {
-    /// Width and height, given those of the scene file.
-    pub fn texels(self, [width, height]: [u32; 2]) -> [u32; 2] {
-        match self {
-            Self::Both(texels) => texels,
-            Self::Width(wanted) => {
-                let scaled = f64::from(wanted) * f64::from(height) / f64::from(width);
-                [wanted, (scaled.round() as u32).clamp(1, MAX_LIGHT_MAP_SIDE)]
-            }
-        }
-    }
-}
-
-/// Loads a scene; warnings go to the log.
-pub fn load_scene(path: &Path) -> Result<Loaded> {
-    let loaded = scene::load(path)?;
-    log_some("warning", &loaded.warnings);
-    Ok(loaded)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn light_map_sizes() {
-        let parse = str::parse::<LightMapSize>;
-        assert_eq!(parse("64").unwrap().texels([256, 128]), [64, 32]);
-        assert_eq!(parse("64x16").unwrap().texels([256, 128]), [64, 16]);
-        assert_eq!(parse("1").unwrap().texels([4096, 1]), [1, 1]);
-        for bad in [
-            "", "0", "64x0", "100000", "-3", "3.5", "64x", "x64", "64x16x2", "nan",
-        ] {
-            assert!(parse(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
     fn command_line_is_consistent() {
-        use clap::CommandFactory;
         Cli::command().debug_assert();
     }
 }

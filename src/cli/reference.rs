@@ -1,11 +1,11 @@
 //! `nephroid reference`: ground truth on the CPU.
 
-use super::files::{MapFiles, lossy, radiance_comment};
+use super::files::{MapFiles, load_scene, lossy, radiance_comment};
+use super::light_map_size::LightMapSize;
 use super::render::picture_size;
 use super::signals::cancelled;
 use super::terminal::{log, log_some, print, print_json, progress_bar};
 use super::timeline::{Timeline, each_frame};
-use super::{LightMapSize, load_scene};
 use clap::Args;
 use indicatif::ProgressBar;
 use nephroid::Result;

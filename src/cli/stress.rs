@@ -1,9 +1,9 @@
 //! `nephroid stress`: error where methods fail.
 
-use super::files::make_folder;
+use super::files::{load_scene, make_folder};
+use super::shipped;
 use super::signals::cancelled;
 use super::terminal::{escaped, log, print, progress_bar};
-use super::{load_scene, shipped};
 use clap::Args;
 use nephroid::gpu::{Context, ContextOptions};
 use nephroid::measure::machine;

@@ -1,8 +1,8 @@
 //! What a recorder records: barriers, dispatches, draws, clears and copies.
 
 use super::device::Device;
-use super::image::Texel;
 use super::memory::Buffer;
+use super::texel::Texel;
 use super::{Access, BoundPipeline, Image, Recorder};
 use crate::error::Error;
 use ash::vk;

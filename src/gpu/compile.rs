@@ -1,27 +1,10 @@
 //! Compiled pipelines from SPIR-V.
 
-use super::{Context, Image, Shader, device_error};
+use super::pipelines::{CONSTANTS, Constants, Topology};
+use super::texel::Texel;
+use super::{Context, Shader, device_error};
 use crate::error::Result;
 use ash::vk;
-
-/// What the rasteriser makes of the vertices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Topology {
-    Triangles,
-    Points,
-    /// Triangles with a depth, of which the nearest one writes a number. Greater depths are nearer.
-    Numbers,
-    /// Triangles that write their depth where they are nearest, and no light.
-    Depths,
-    /// Triangles of the depth that was written, which replace light; back faces do not.
-    Surfaces,
-}
-
-/// Specialisation constants, by their ids.
-pub type Constants = [bool; CONSTANTS];
-
-/// Number of specialisation constants.
-pub const CONSTANTS: usize = 9;
 
 fn specialization_entries() -> [vk::SpecializationMapEntry; CONSTANTS] {
     let size = size_of::<vk::Bool32>();
@@ -128,14 +111,14 @@ pub fn compile_graphics(
     let dynamic = vk::PipelineDynamicStateCreateInfo::default()
         .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
     let formats = [match topology {
-        Topology::Numbers => Image::NUMBER_FORMAT,
-        _ => Image::FORMAT,
+        Topology::Numbers => Texel::Number.format(),
+        _ => Texel::Light.format(),
     }];
     let mut rendering =
         vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
     let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
     if has_depth {
-        rendering = rendering.depth_attachment_format(Image::DEPTH_FORMAT);
+        rendering = rendering.depth_attachment_format(Texel::Depth.format());
         depth = (depth.depth_test_enable(true))
             .depth_write_enable(topology != Topology::Surfaces)
             .depth_compare_op(match topology {

@@ -3,10 +3,10 @@
 use super::device::{self, ContextOptions, Device, DeviceInfo, Opened};
 use super::host::{self, External};
 use super::instance::Instance;
-use super::memory::Buffer;
-use super::pipeline::Pipelines;
 use super::pipeline_cache::PipelineCache;
+use super::pipelines::Pipelines;
 use super::requirements::Requirements;
+use super::texel;
 use super::validation::Messages;
 use crate::error::{Error, Result};
 use ash::{ext, vk};
@@ -140,7 +140,7 @@ impl Context {
         let limits = &self.properties.limits;
         let storage = u64::from(limits.max_storage_buffer_range);
         match self.has_texel_buffers() {
-            true => storage.min(u64::from(limits.max_texel_buffer_elements) * Buffer::TEXEL_BYTES),
+            true => storage.min(u64::from(limits.max_texel_buffer_elements) * texel::BUFFER_BYTES),
             false => storage,
         }
     }

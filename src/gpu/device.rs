@@ -1,9 +1,9 @@
 //! Which device to take, what it must be able to do, and the logical device made from it.
 
-use super::image::Image;
 use super::instance::{INSTALL_DRIVER, Instance, no_device};
 use super::requirements::Requirements;
 use super::shader::{BindingKind, Shader, shaders};
+use super::texel::Texel;
 use crate::error::Result;
 use ash::vk;
 use std::ffi::CStr;
@@ -143,7 +143,7 @@ fn unsuitable(instance: &Instance, device: vk::PhysicalDevice, version: u32) -> 
     // SAFETY: a valid physical device.
     let (format, properties) = unsafe {
         (
-            instance.get_physical_device_format_properties(device, Image::FORMAT),
+            instance.get_physical_device_format_properties(device, Texel::Light.format()),
             instance.get_physical_device_properties(device),
         )
     };
@@ -167,7 +167,7 @@ pub(super) fn has_texel_buffers(limits: &vk::PhysicalDeviceLimits) -> bool {
     limits.max_texel_buffer_elements >= LARGE_TEXEL_BUFFER
 }
 
-/// What images of [`Image::FORMAT`] or the limits lack of what `shaders` and their passes use.
+/// What images of [`Texel::Light`] or the limits lack of what `shaders` and their passes use.
 fn lacks(
     image: vk::FormatFeatureFlags,
     limits: &vk::PhysicalDeviceLimits,

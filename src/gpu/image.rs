@@ -1,7 +1,8 @@
 //! Images that own their memory and free it when dropped.
 
 use super::memory::{Keeper, Owned, allocate};
-use super::{Access, Buffer, Context, Recorder, device_error};
+use super::texel::Texel;
+use super::{Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -18,42 +19,6 @@ pub enum Sampling {
     Nearest,
 }
 
-/// What a texel is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Texel {
-    /// RGBA in f32: light.
-    Light,
-    /// RGBA in sRGB bytes, sampled as linear values: colours of surfaces.
-    Colour,
-    /// One u32, sampled without filtering.
-    Number,
-    /// Depth in f32, sampled without filtering.
-    Depth,
-}
-
-impl Texel {
-    fn format(self) -> vk::Format {
-        match self {
-            Self::Light => Image::FORMAT,
-            Self::Colour => Image::COLOUR_FORMAT,
-            Self::Number => Image::NUMBER_FORMAT,
-            Self::Depth => Image::DEPTH_FORMAT,
-        }
-    }
-
-    fn usage(self) -> vk::ImageUsageFlags {
-        use vk::ImageUsageFlags as Usage;
-        match self {
-            Self::Light => {
-                Usage::STORAGE | Usage::SAMPLED | Usage::TRANSFER_SRC | Usage::TRANSFER_DST
-            }
-            Self::Colour => Usage::SAMPLED | Usage::TRANSFER_DST,
-            Self::Number => Usage::COLOR_ATTACHMENT | Usage::SAMPLED,
-            Self::Depth => Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
-        }
-    }
-}
-
 /// A 2-D image in layout GENERAL, which every use shares: attachment, storage, sampled.
 pub struct Image {
     pub(super) handle: vk::Image,
@@ -65,20 +30,14 @@ pub struct Image {
     levels: u32,
     aspect: vk::ImageAspectFlags,
     pub(super) texel: Texel,
-    owned: Arc<Owned>,
+    pub(super) owned: Arc<Owned>,
 }
 
-/// Four f32 a texel.
-const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
-pub(super) const TEXEL_BYTES: u64 = 16;
-/// Bytes of an image that one submission copies to the host, or one row.
-const BAND_BYTES: u64 = 64 << 20;
-
 impl Image {
-    pub const FORMAT: vk::Format = FORMAT;
-    pub const COLOUR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
-    pub const NUMBER_FORMAT: vk::Format = vk::Format::R32_UINT;
-    pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+    pub const FORMAT: vk::Format = Texel::Light.format();
+    pub const COLOUR_FORMAT: vk::Format = Texel::Colour.format();
+    pub const NUMBER_FORMAT: vk::Format = Texel::Number.format();
+    pub const DEPTH_FORMAT: vk::Format = Texel::Depth.format();
 
     /// An RGBA32F image with undefined content and `levels` mip levels. [`super::Staging::prepare`] brings it into its layout.
     ///
@@ -223,45 +182,6 @@ impl Image {
 
     pub(super) fn keeper(&self) -> Keeper {
         self.owned.clone()
-    }
-
-    /// Copies a rectangle of level 0 to the host, RGBA, rows from the top. Waits for the device.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    ///
-    /// # Panics
-    /// Where the rectangle is empty or reaches beyond the image.
-    pub fn read(&self, offset: [u32; 2], extent: [u32; 2]) -> Result<Vec<[f32; 4]>> {
-        let size = [self.width, self.height];
-        let inside = |axis: usize| {
-            extent[axis] > 0
-                && (offset[axis].checked_add(extent[axis])).is_some_and(|end| end <= size[axis])
-        };
-        assert!(
-            inside(0) && inside(1),
-            "{extent:?} texels at {offset:?} are read from an image of {size:?}"
-        );
-        let row_bytes = u64::from(extent[0]) * TEXEL_BYTES;
-        // No submission runs long, and the host's part of the memory stays small.
-        let rows = ((BAND_BYTES / row_bytes) as u32).clamp(1, extent[1]);
-        let context = &self.owned.context;
-        let mut host = Buffer::readback(context, row_bytes * u64::from(rows))?;
-        let mut recorder = Recorder::new(context)?;
-        let mut texels = Vec::with_capacity(extent[0] as usize * extent[1] as usize);
-        for first in (0..extent[1]).step_by(rows as usize) {
-            let band = [extent[0], rows.min(extent[1] - first)];
-            recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
-            let region = image_copy(0, [offset[0], offset[1] + first], band);
-            recorder.copy_from_image(self.handle, host.handle, region);
-            recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
-            recorder.submit()?;
-            let bytes = row_bytes as usize * band[1] as usize;
-            texels.extend(bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(
-                &host.mapped()[..bytes],
-            ));
-        }
-        Ok(texels)
     }
 }
 

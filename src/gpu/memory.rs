@@ -1,9 +1,8 @@
 //! Buffers that own their memory and free it when dropped.
 
-use super::{Access, Context, Recorder, Staging, device_error};
+use super::{Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
-use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
@@ -40,7 +39,7 @@ pub(super) fn allocate(
         })
 }
 
-/// Vulkan objects with the memory under them. Held by the [`Buffer`] or [`Image`] and by the
+/// Vulkan objects with the memory under them. Held by the [`Buffer`] or [`super::Image`] and by the
 /// pipelines that it is bound to; the last of them frees it.
 pub(super) struct Owned {
     pub(super) context: Arc<Context>,
@@ -91,35 +90,16 @@ pub type Keeper = Arc<dyn Send + Sync>;
 pub struct Buffer {
     pub(super) handle: vk::Buffer,
     pub(super) bytes: u64,
-    owned: Arc<Owned>,
+    pub(super) owned: Arc<Owned>,
 }
 
 impl Buffer {
-    /// Format and size of a texel where shaders see the buffer as a texel buffer. Every device supports it.
-    pub(super) const TEXEL: vk::Format = vk::Format::R32G32B32A32_UINT;
-    pub(super) const TEXEL_BYTES: u64 = 16;
-
     /// A buffer on the device, of at least 16 bytes.
     ///
     /// # Errors
     /// [`Error::Device`] where memory or the device's limit on storage buffers is exceeded.
     pub fn new(context: &Arc<Context>, name: &str, bytes: u64) -> Result<Self> {
         Self::allocate(context, name, bytes, MemoryLocation::GpuOnly)
-    }
-
-    /// A buffer with `data` in it. Waits for the device.
-    ///
-    /// # Errors
-    /// As [`Buffer::new`].
-    pub fn with_data<T: Pod>(context: &Arc<Context>, name: &str, data: &[T]) -> Result<Self> {
-        let buffer = Self::new(context, name, size_of_val(data) as u64)?;
-        let mut staging = Staging::new(context, 1);
-        staging.write(&buffer, 0, data)?;
-        let mut recorder = Recorder::new(context)?;
-        staging.record(&mut recorder);
-        recorder.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
-        recorder.submit()?;
-        Ok(buffer)
     }
 
     /// A buffer that the host can read after the device has written it.
@@ -191,34 +171,5 @@ impl Buffer {
 
     pub(super) fn keeper(&self) -> Keeper {
         self.owned.clone()
-    }
-
-    /// Copies the buffer's first `count` elements to the host. Waits for the device.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    ///
-    /// # Panics
-    /// Where the buffer holds fewer.
-    pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
-        let bytes = (count as u64)
-            .checked_mul(size_of::<T>() as u64)
-            .filter(|bytes| *bytes <= self.bytes)
-            .unwrap_or_else(|| {
-                let element = size_of::<T>();
-                let bytes = self.bytes;
-                panic!("{count} elements of {element} bytes are read from a buffer of {bytes}")
-            });
-        let context = &self.owned.context;
-        let mut host = Self::readback(context, bytes)?;
-        let mut recorder = Recorder::new(context)?;
-        recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
-        let region = vk::BufferCopy::default().size(bytes);
-        recorder.copy_buffer(self.handle, host.handle, region);
-        recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
-        recorder.submit()?;
-        Ok(bytemuck::pod_collect_to_vec(
-            &host.mapped()[..bytes as usize],
-        ))
     }
 }

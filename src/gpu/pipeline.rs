@@ -1,12 +1,13 @@
 //! Pipelines whose layout is read from the SPIR-V, and resources bound to them by name.
 
-use super::compile::{Constants, Topology, compile_compute, compile_graphics};
+use super::compile::{compile_compute, compile_graphics};
 use super::memory::Keeper;
+use super::pipelines::{Constants, Pipeline, Source, Topology};
 use super::shader::{Binding, BindingKind};
+use super::texel;
 use super::{Buffer, Context, Image, Shader, device_error};
 use crate::error::Result;
 use ash::vk;
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// What a binding's name stands for.
@@ -18,64 +19,6 @@ pub enum Resource<'a> {
 
 /// Resources by the names that the shaders use.
 pub type Bindings<'a> = [(&'static str, Resource<'a>)];
-
-/// A compiled pipeline and its layout. The context owns it and hands out the same one for the same shaders, so that
-/// a buffer that grows rebuilds a descriptor set only.
-pub(super) struct Pipeline {
-    handle: vk::Pipeline,
-    layout: vk::PipelineLayout,
-    set_layout: vk::DescriptorSetLayout,
-    stages: vk::ShaderStageFlags,
-    bind_point: vk::PipelineBindPoint,
-    push_bytes: u32,
-    /// Threads of a workgroup; zeros for graphics.
-    local_size: [u32; 3],
-    bindings: Vec<&'static Binding>,
-}
-
-/// What a pipeline is compiled from.
-#[derive(Clone, Copy)]
-struct Source {
-    /// A compute shader, or a vertex shader.
-    first: &'static Shader,
-    /// A fragment shader; its topology.
-    fragment: Option<(&'static Shader, Topology)>,
-    /// Specialisation constants, by their ids.
-    constants: Constants,
-}
-
-impl Source {
-    fn key(&self) -> Key {
-        let fragment = self
-            .fragment
-            .map(|(shader, topology)| (shader.name, topology));
-        (self.first.name, fragment, self.constants)
-    }
-
-    fn shaders(&self) -> impl Iterator<Item = &'static Shader> {
-        std::iter::once(self.first).chain(self.fragment.map(|(shader, _)| shader))
-    }
-}
-
-type Key = (&'static str, Option<(&'static str, Topology)>, Constants);
-
-/// All pipelines of a context.
-#[derive(Default)]
-pub(super) struct Pipelines(HashMap<Key, Arc<Pipeline>>);
-
-impl Pipelines {
-    /// Only while the device exists and uses none.
-    pub fn destroy(&mut self, device: &ash::Device) {
-        for (_, pipeline) in self.0.drain() {
-            // SAFETY: whoever used it kept the context; null handles are allowed.
-            unsafe {
-                device.destroy_pipeline(pipeline.handle, None);
-                device.destroy_pipeline_layout(pipeline.layout, None);
-                device.destroy_descriptor_set_layout(pipeline.set_layout, None);
-            }
-        }
-    }
-}
 
 /// A pipeline with its one descriptor set. It keeps alive what is bound to it.
 pub struct BoundPipeline {
@@ -132,16 +75,8 @@ impl BoundPipeline {
     }
 
     fn new(context: &Arc<Context>, source: &Source, resources: &Bindings) -> Result<Self> {
-        let mut pipelines = context.pipelines.lock().expect("no panic while held");
-        let pipeline = match pipelines.0.get(&source.key()) {
-            Some(known) => known.clone(),
-            None => {
-                let pipeline = Arc::new(Pipeline::new(context, source)?);
-                pipelines.0.insert(source.key(), pipeline.clone());
-                pipeline
-            }
-        };
-        drop(pipelines);
+        let pipeline = (context.pipelines.lock().expect("no panic while held"))
+            .get(source, || Pipeline::new(context, source))?;
         let name = source.first.name;
         let (pool, set) = pipeline.descriptor_set(context)?;
         let mut bound = Self {
@@ -224,8 +159,8 @@ impl BoundPipeline {
                 (BindingKind::TexelBuffer, Resource::Buffer(buffer)) => {
                     let info = vk::BufferViewCreateInfo::default()
                         .buffer(buffer.handle)
-                        .format(Buffer::TEXEL)
-                        .range(buffer.bytes / Buffer::TEXEL_BYTES * Buffer::TEXEL_BYTES);
+                        .format(texel::BUFFER_FORMAT)
+                        .range(buffer.bytes / texel::BUFFER_BYTES * texel::BUFFER_BYTES);
                     // SAFETY: a buffer of this device, kept alive; destroyed in Drop.
                     let view = unsafe { self.context.device.create_buffer_view(&info, None) }
                         .map_err(device_error("viewing a buffer"))?;

@@ -1,6 +1,6 @@
 //! Requirements on a device.
 
-use super::image::Image;
+use super::texel::Texel;
 use ash::vk;
 use std::ffi::CStr;
 
@@ -44,7 +44,7 @@ impl Default for Requirements {
                 .maintenance4(true),
             extensions: &[],
             queue_flags: vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE,
-            light_map_format: Image::FORMAT,
+            light_map_format: Texel::Light.format(),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Host memory from which buffers and images are filled.
 
-use super::image::{TEXEL_BYTES, image_copy};
+use super::image::image_copy;
 use super::memory::Buffer;
+use super::texel::LIGHT_BYTES;
 use super::{Access, Context, Image, Recorder, Texel};
 use crate::error::Result;
 use ash::vk;
@@ -47,7 +48,7 @@ impl Staging {
     /// Bytes of the smallest buffer.
     const LEAST: u64 = 1 << 16;
     /// Of offsets: a texel.
-    const ALIGNMENT: u64 = TEXEL_BYTES;
+    const ALIGNMENT: u64 = LIGHT_BYTES;
 
     /// For at most `frames` frames in flight.
     pub fn new(context: &Arc<Context>, frames: u32) -> Self {
@@ -108,7 +109,7 @@ impl Staging {
     pub fn write_level(&mut self, to: &Image, level: u32, rgb: &[[f32; 3]]) -> Result<()> {
         let [width, height] = [to.width, to.height].map(|side| (side >> level).max(1));
         assert_eq!(rgb.len() as u64, u64::from(width) * u64::from(height));
-        let (from, start) = self.place(rgb.len() as u64 * TEXEL_BYTES)?;
+        let (from, start) = self.place(rgb.len() as u64 * LIGHT_BYTES)?;
         let texels: Vec<[f32; 4]> = rgb.iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
         self.fill(start, bytemuck::cast_slice(&texels));
         self.copies.push(Copy::ToImage {

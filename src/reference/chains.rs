@@ -3,21 +3,12 @@
 //! The first surface sends both the reflected and the refracted ray on. Each later surface sends one of the two on, chosen with
 //! a probability of its share, so that a chain costs one ray for each of its surfaces.
 
-use crate::reference::Problem;
-use crate::reference::media::{Dielectrics, Media, Sides};
+use crate::reference::media::{Media, Sides};
 use crate::reference::mirrors::{Leaving, MirrorTriangle};
+use crate::reference::problem::Problem;
 use crate::reference::receiver::ReceiverHit;
 use crate::reference::sequence::Choices;
-use crate::scene::Scene;
 use glam::DVec3;
-
-/// What chains need to know of a scene.
-pub struct Chains {
-    pub dielectrics: Dielectrics,
-    max_interfaces: u32,
-    /// For each triangle that blocks light, its number among the specular ones.
-    mirror_of_blocker: Vec<Option<u32>>,
-}
 
 /// Light that left a specular surface.
 pub struct Ray {
@@ -46,27 +37,6 @@ pub struct Landing {
     pub interfaces: u32,
 }
 
-impl Chains {
-    pub fn new(scene: &Scene, mirrors: &[MirrorTriangle]) -> Self {
-        let last = mirrors.iter().filter_map(|mirror| mirror.blocker).max();
-        let mut mirror_of_blocker = vec![None; last.map_or(0, |last| last as usize + 1)];
-        for (number, mirror) in (0..).zip(mirrors) {
-            if let Some(blocker) = mirror.blocker {
-                mirror_of_blocker[blocker as usize] = Some(number);
-            }
-        }
-        Self {
-            dielectrics: Dielectrics::of(scene),
-            max_interfaces: scene.max_interfaces,
-            mirror_of_blocker,
-        }
-    }
-
-    pub fn max_interfaces(&self) -> u32 {
-        self.max_interfaces
-    }
-}
-
 impl Problem<'_> {
     /// Calls `lands` with every point where light lands on the receiver, and its flux, W.
     pub fn follow(
@@ -81,7 +51,7 @@ impl Problem<'_> {
             let mut hits = Vec::new();
             (self.receiver).hits(ray.origin, ray.direction, |hit| hits.push(hit));
             // Nothing turns the light after its last interface: only what stands before the receiver matters.
-            let is_last = ray.interfaces >= self.chains.max_interfaces;
+            let is_last = ray.interfaces >= self.chains.max_interfaces();
             if is_last && hits.is_empty() {
                 return;
             }

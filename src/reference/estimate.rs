@@ -1,6 +1,5 @@
 //! Estimates of a light map, with their errors.
 
-use crate::reference::Map;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI};
 
 /// Independent replicates of every round; their spread gives the standard error.
@@ -8,6 +7,9 @@ pub const REPLICATES: u32 = 16;
 
 /// √(2/π), the expected |x| of a normal x with unit variance.
 pub const MEAN_ABSOLUTE: f64 = FRAC_2_SQRT_PI * FRAC_1_SQRT_2;
+
+/// Texels from the top row, RGB.
+pub type Map = Vec<[f64; 3]>;
 
 /// An unbiased estimate of the irradiance, or of a part of it.
 pub struct Estimate {

@@ -12,10 +12,10 @@
 //! gathered, since a bright spot fills a small part of the mirrors.
 
 use crate::error::Result;
-use crate::reference::Problem;
 use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::lights::{Emitter, Environment};
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
+use crate::reference::problem::Problem;
 use crate::reference::receiver::ReceiverPoint;
 use crate::reference::rounds::{Method, power_of_two};
 use crate::reference::sequence::{sobol_4d, split_mix};

@@ -36,6 +36,7 @@ mod gather;
 mod lights;
 mod media;
 mod mirrors;
+mod problem;
 mod receiver;
 mod rounds;
 mod sequence;
@@ -44,51 +45,25 @@ mod view;
 mod visibility;
 
 use crate::error::{Error, Result};
-use crate::scene::{Atlas, Geometry, NoLayout, Scene, light_map_side};
-use chains::Chains;
+use crate::scene::{Scene, light_map_side};
 use gather::Gathering;
 use glam::DVec3;
 use lights::Emitter;
-use mirrors::MirrorTriangle;
-use receiver::{CurvedReceiver, FlatReceiver, Receiver};
-use rounds::Method;
-use std::sync::atomic::{AtomicBool, Ordering};
+use problem::{Chains, Problem, receiver_of};
+use rounds::{Method, check_error};
+use std::sync::atomic::AtomicBool;
 use trace::LightTracing;
 use visibility::Blockers;
 
 pub use cache::{Cached, cached_caustic, cached_view, read_cache_entry};
-pub use estimate::REPLICATES;
-pub use rounds::Progress;
+pub use estimate::{Map, REPLICATES};
+pub use rounds::{Options, Progress};
 pub(crate) use sequence::split_mix;
 pub use view::{MAX_VIEW_SIDE, View, view};
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.
 const VERSION: u32 = 4;
-
-/// Texels from the top row, RGB.
-pub type Map = Vec<[f64; 3]>;
-
-/// When to stop, and with which random numbers.
-#[derive(Debug, Clone, Copy)]
-pub struct Options {
-    /// Relative error to reach, see [`Reference::relative_error`].
-    pub error: f64,
-    /// Rays and pairs of points after which to stop in any case.
-    pub max_samples: u64,
-    /// The same seed gives the same bits on any number of cores.
-    pub seed: u32,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            error: 0.005,
-            max_samples: 4_000_000_000,
-            seed: 0,
-        }
-    }
-}
 
 /// Irradiance of a receiver.
 #[derive(Debug, Clone)]
@@ -106,34 +81,6 @@ pub struct Reference {
     pub samples: u64,
     /// Flux that the receiver collects, RGB, W.
     pub received_flux: [f64; 3],
-}
-
-/// What is to be solved, in the form that both methods use.
-struct Problem<'a> {
-    receiver: Receiver,
-    mirrors: &'a [MirrorTriangle],
-    emitters: &'a [Emitter],
-    /// `None` if nothing blocks light, so nothing is traced.
-    blockers: Option<&'a Blockers>,
-    chains: &'a Chains,
-    cancel: &'a AtomicBool,
-}
-
-impl Problem<'_> {
-    fn blocked(&self, from: DVec3, along: DVec3, length: f64, origin: Option<u32>) -> bool {
-        (self.blockers).is_some_and(|blockers| blockers.block(from, along, length, origin))
-    }
-
-    fn check_cancelled(&self) -> Result<()> {
-        check_cancelled(self.cancel)
-    }
-}
-
-fn check_cancelled(cancel: &AtomicBool) -> Result<()> {
-    if cancel.load(Ordering::Relaxed) {
-        return Err(Error::Cancelled);
-    }
-    Ok(())
 }
 
 /// Computes the irradiance of the receiver `scene.objects[receiver]` on `texels` (width, height)
@@ -186,25 +133,6 @@ pub fn caustic(
     })
 }
 
-fn receiver_of(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Result<Receiver> {
-    let not_one = || Error::Usage {
-        reason: format!("object {receiver} of the scene is not a receiver"),
-        remedy: "choose a rect or a mesh with a light map".into(),
-    };
-    let object = (scene.objects.get(receiver))
-        .filter(|object| object.light_map.is_some())
-        .ok_or_else(not_one)?;
-    match &object.geometry {
-        Geometry::Rect(rect) => Ok(Receiver::Flat(FlatReceiver::new(*rect, texels))),
-        Geometry::Mesh(mesh) => {
-            let (atlas, _) = Atlas::of(object, texels).map_err(NoLayout::into_error)?;
-            let curved = CurvedReceiver::new(mesh, atlas).ok_or_else(not_one)?;
-            Ok(Receiver::Curved(curved))
-        }
-        Geometry::Waves(_) => Err(not_one()),
-    }
-}
-
 fn check(texels: [u32; 2], options: &Options) -> Result<()> {
     for side in texels {
         if let Err(reason) = light_map_side(side.into()) {
@@ -215,14 +143,4 @@ fn check(texels: [u32; 2], options: &Options) -> Result<()> {
         }
     }
     check_error(options)
-}
-
-fn check_error(options: &Options) -> Result<()> {
-    if options.error > 0.0 && options.error < 1.0 {
-        return Ok(());
-    }
-    Err(Error::Usage {
-        reason: format!("a relative error of {}", options.error),
-        remedy: "ask for an error between 0 and 1, such as 0.005".into(),
-    })
 }

@@ -1,7 +1,7 @@
 //! The surface that collects light, and its texels.
 
 use super::visibility::Blockers;
-use crate::reference::Map;
+use crate::reference::estimate::Map;
 use crate::scene::{Atlas, Mesh, Rect};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;

@@ -1,15 +1,45 @@
 //! Rounds of independent replicates until the error is small enough.
 
-use crate::error::Result;
-use crate::reference::estimate::Estimate;
+use crate::error::{Error, Result};
+use crate::reference::estimate::{Estimate, Map};
 use crate::reference::sequence::{SEQUENCE_LENGTH, split_mix};
-use crate::reference::{Map, Options};
 
 /// A round has at most this many times the samples of all before it, so that a poor first guess
 /// of what is needed costs little,
 const MAX_GROWTH: f64 = 4.0;
 /// and at least this many, so that the last round is not followed by ever smaller ones.
 const MIN_GROWTH: f64 = 0.25;
+
+/// When to stop, and with which random numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Relative error to reach, see [`Reference::relative_error`](super::Reference::relative_error).
+    pub error: f64,
+    /// Rays and pairs of points after which to stop in any case.
+    pub max_samples: u64,
+    /// The same seed gives the same bits on any number of cores.
+    pub seed: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            error: 0.005,
+            max_samples: 4_000_000_000,
+            seed: 0,
+        }
+    }
+}
+
+pub fn check_error(options: &Options) -> Result<()> {
+    if options.error > 0.0 && options.error < 1.0 {
+        return Ok(());
+    }
+    Err(Error::Usage {
+        reason: format!("a relative error of {}", options.error),
+        remedy: "ask for an error between 0 and 1, such as 0.005".into(),
+    })
+}
 
 /// How far a computation is.
 #[derive(Debug, Clone, Copy)]

@@ -14,13 +14,13 @@
 
 use crate::error::Result;
 use crate::reference::chains::{Landing, Ray};
-use crate::reference::estimate::{Estimate, Moments, REPLICATES};
+use crate::reference::estimate::{Estimate, Map, Moments, REPLICATES};
 use crate::reference::gather::gathered_share;
 use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
+use crate::reference::problem::Problem;
 use crate::reference::rounds::Method;
 use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, along_first_axis, split_mix};
-use crate::reference::{Map, Problem};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::LazyCell;

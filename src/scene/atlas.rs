@@ -13,7 +13,6 @@ use super::{Geometry, Mesh, Object};
 use crate::error::Error;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
-use std::sync::Arc;
 use uvunwrap::{Density, MeshInput, Options};
 
 /// Texels that an unwrapped chart keeps from others and from the edge of the light map: two are
@@ -29,15 +28,6 @@ const ROUNDING: f64 = 1e-6;
 const MOST_LOST: f64 = 1e-3;
 /// Rings of texels around the charts that [`Atlas::around`] fills.
 const RINGS: i64 = 2;
-
-/// What the light map of a mesh is laid out from: the same at all times.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Unwrapping {
-    /// At rest.
-    pub rest: Arc<Mesh>,
-    /// Texture coordinates of the corners of its triangles, by the file; empty where it has none.
-    pub own: Vec<[DVec2; 3]>,
-}
 
 /// The layout of a light map.
 #[derive(Debug, Clone)]

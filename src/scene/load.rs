@@ -42,7 +42,7 @@
 
 use super::animation::{MeshFrames, Motion, MovingObject};
 use super::asset::AssetRoot;
-use super::atlas::{Atlas, Unwrapping};
+use super::atlas::Atlas;
 use super::file::{
     CameraEntry, FramesEntry, LightEntry, METRES, MaterialEntry, ObjectEntry, Section, SineEntry,
     Source, Triple, WavesEntry,
@@ -51,7 +51,7 @@ pub use super::materials::METALS;
 use super::materials::{self, Textures};
 use super::{
     AlbedoMap, Animation, Camera, DEFAULT_MAX_INTERFACES, EnvironmentMap, Geometry, Light,
-    LightKind, MAX_RADIANCE, Material, Object, Rect, Scene, Sine, Waves,
+    LightKind, MAX_RADIANCE, Material, Object, Rect, Scene, Sine, Unwrapping, Waves,
 };
 use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
 use crate::error::Result;

@@ -14,6 +14,7 @@
 //!
 //! [`write()`] makes the report, with the [`verdicts`] in words.
 
+mod data;
 pub mod glass;
 pub mod random;
 mod report;
@@ -24,7 +25,8 @@ pub mod targets;
 mod truth;
 mod verdict;
 
-pub use report::{Report, SCHEMA, write};
+pub use data::{Report, SCHEMA};
+pub use report::write;
 pub use sweeps::{Sweep, Swept, Truth, sweeps};
 pub use target_report::target_sentence;
 pub use verdict::{LIMITS, Limit, Verdict, verdicts};

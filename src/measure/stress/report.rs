@@ -6,42 +6,12 @@ use super::super::chart::html::{
     marker, symbol,
 };
 use super::target_report::{self, write_table};
-use super::targets::TargetPoint;
-use super::{CONTENDERS, End, LIMITS, Limit, Point, SweepReport, Verdict, verdicts};
+use super::{CONTENDERS, End, LIMITS, Limit, Point, Report, SweepReport, Verdict, verdicts};
 use crate::error::Result;
 use crate::output::write_atomically;
 use plotly::Plot;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::Path;
-
-/// Version of [`Report`]'s JSON, raised when a field changes its meaning or goes.
-pub const SCHEMA: u32 = 1;
-
-/// All sweeps on one device.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Report {
-    /// [`SCHEMA`].
-    pub schema: u32,
-    /// Version of this crate.
-    pub nephroid: String,
-    /// That it was built from, where known.
-    pub commit: Option<String>,
-    /// ISO 8601.
-    pub date: String,
-    /// Name of the Vulkan device.
-    pub device: String,
-    /// Name and version of its driver.
-    pub driver: String,
-    /// Model name of the CPU.
-    pub cpu: String,
-    /// Few values, coarse maps, rough truths.
-    pub quick: bool,
-    /// Those that are finished.
-    pub sweeps: Vec<SweepReport>,
-    /// Error targets on scenes of all kinds; empty if they were not measured.
-    #[serde(default)]
-    pub targets: Vec<TargetPoint>,
-}
 
 /// Writes `stress.html`, `stress.csv` and `stress.json` into `folder`, and `targets.csv` if targets were measured, each whole
 /// or not at all.

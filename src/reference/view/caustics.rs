@@ -8,13 +8,13 @@
 
 use super::paths::{DiffusePoint, End, Paths};
 use crate::error::Result;
-use crate::reference::estimate::{Estimate, Moments, REPLICATES};
+use crate::reference::estimate::{Estimate, Map, Moments, REPLICATES};
 use crate::reference::gather::Gathering;
+use crate::reference::problem::Problem;
 use crate::reference::receiver::ReceiverPoint;
 use crate::reference::rounds::{Method, power_of_two};
 use crate::reference::sequence::{Choices, sobol_4d, split_mix};
 use crate::reference::trace::LightTracing;
-use crate::reference::{Map, Problem};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;

@@ -2,9 +2,9 @@
 
 use super::paths::{DiffusePoint, End, Paths};
 use crate::error::Result;
-use crate::reference::check_cancelled;
 use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::lights::{Directions, Emitter, Environment};
+use crate::reference::problem::check_cancelled;
 use crate::reference::rounds::{Method, power_of_two};
 use crate::reference::sequence::Choices;
 use crate::reference::sequence::{sobol_4d, split_mix};

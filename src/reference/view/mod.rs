@@ -25,13 +25,13 @@ mod caustics;
 mod direct;
 mod paths;
 
-use super::chains::Chains;
+use super::estimate::Map;
 use super::lights::Emitter;
 use super::mirrors::{mirror_triangles, opaque_triangles_that_block, triangles_that_block};
-use super::rounds::{self, Method};
+use super::problem::{Chains, Problem, check_cancelled, receiver_of};
+use super::rounds::{self, Method, Options, Progress, check_error};
 use super::sequence::Choices;
 use super::visibility::Blockers;
-use super::{Map, Options, Problem, Progress, check_cancelled, check_error, receiver_of};
 use crate::error::{Error, Result};
 use crate::scene::{Geometry, MAX_LIGHT_MAP_SIDE, Scene, memory};
 use direct::Direct;
