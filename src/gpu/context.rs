@@ -135,6 +135,13 @@ impl Context {
         self.instance.messages.clone()
     }
 
+    /// Number of pipelines made so far. Bindings are apart from them: where a buffer grows, none is made.
+    pub fn pipeline_count(&self) -> usize {
+        self.pipelines
+            .lock()
+            .map_or(0, |pipelines| pipelines.count())
+    }
+
     /// Largest buffer that a shader can see, as a storage buffer and as a texel buffer, bytes.
     pub fn max_storage_bytes(&self) -> u64 {
         let limits = &self.properties.limits;

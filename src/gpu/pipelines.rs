@@ -70,6 +70,10 @@ type Key = (&'static str, Option<(&'static str, Topology)>, Constants);
 pub struct Pipelines(HashMap<Key, Arc<Pipeline>>);
 
 impl Pipelines {
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
     /// The pipeline of this source, made by `make` where there is none yet.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 /// One compiled shader.
 pub struct Shader {
-    /// File name in `glsl/`.
+    /// Name of its file in the folders of `glsl/`.
     pub name: &'static str,
     pub words: &'static [u32],
     /// The words that read storage buffers in place of texel buffers; empty where `words` read none.

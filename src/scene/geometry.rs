@@ -87,7 +87,7 @@ impl Mesh {
         ]
     }
 
-    /// From `point` to the nearest point of the triangles, m; infinite where there is none.
+    /// Distance from `point` to the nearest point of the triangles, m; infinite if there are none.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         let distance = |corners: &[u32; 3]| {
             origin_to_triangle(corners.map(|corner| self.positions[corner as usize] - point))
@@ -115,7 +115,7 @@ impl Mesh {
     }
 }
 
-/// From the origin to the nearest point of the triangle.
+/// Distance from the origin to the nearest point of the triangle.
 fn origin_to_triangle([a, b, c]: [DVec3; 3]) -> f64 {
     let edges = [[a, b], [b, c], [c, a]];
     if let Some(normal) = (b - a).cross(c - a).try_normalize()
@@ -168,7 +168,7 @@ impl Rect {
 pub struct Waves {
     /// At rest.
     pub rect: Rect,
-    /// Quads along edge_u and edge_v that it is cut into, two triangles each.
+    /// Number of quads along edge_u and edge_v, two triangles each.
     pub quads: [u32; 2],
     pub sines: Vec<Sine>,
     /// s

@@ -28,7 +28,7 @@ pub enum LightKind {
     /// A sphere of the same radiance Φ/(4π²R²) everywhere and in all directions. A plane that faces it
     /// at the distance d from its middle gets Φ/(4πd²). It casts no shadow.
     Lamp {
-        /// Of its middle, m.
+        /// Centre, m.
         position: DVec3,
         /// R, m; > 0.
         radius: f64,

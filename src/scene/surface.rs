@@ -46,7 +46,7 @@ pub enum MaterialKind {
 }
 
 impl MaterialKind {
-    /// Whether it throws a caustic.
+    /// Whether it casts a caustic.
     pub fn is_specular(&self) -> bool {
         !matches!(self, Self::Diffuse { .. })
     }

@@ -92,6 +92,17 @@ fn a_smaller_target_takes_more_patches() {
     assert!((1 << 16..MAX_PATCHES).contains(&fine.2), "{fine:?}");
 }
 
+/// Buffers that grow are bound to the same pipelines.
+#[test]
+fn growth_makes_no_pipeline() {
+    let device = Device::open();
+    let mut renderer = device.renderer(&scene("mesh_animal"), &aiming_for(0.008));
+    let before = device.0.pipeline_count();
+    renderer.caustic().unwrap();
+    assert!(renderer.samples().unwrap() > 1 << 16, "nothing grew");
+    assert_eq!(device.0.pipeline_count(), before);
+}
+
 /// The same scene gives the same patches, whatever was shown before: nothing depends on history.
 #[test]
 fn a_frame_depends_on_its_scene_alone() {

@@ -192,6 +192,14 @@ fn another_environment_is_as_if_made_so() {
     for settings in [method(Method::Pinhole, 1), footprint(256)] {
         assert_as_if_alone(&scenes, &settings);
     }
+    // Nor is any pipeline made for it.
+    let device = Device::open();
+    let mut renderer = device.renderer(&scenes[0], &footprint(256));
+    renderer.caustic().unwrap();
+    let before = device.0.pipeline_count();
+    renderer.update(&scenes[1]).unwrap();
+    renderer.caustic().unwrap();
+    assert_eq!(device.0.pipeline_count(), before);
 }
 
 /// A mirror that looks away at first reflects nothing; turned to the sun it reflects all that a mirror

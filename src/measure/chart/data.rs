@@ -67,7 +67,7 @@ pub struct Series {
 /// One method at one setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Patches, or points on the reflector.
+    /// Number of patches, or of points on the casters.
     pub samples: u64,
     /// Width and height, texels.
     pub light_map: [u32; 2],
