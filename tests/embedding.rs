@@ -70,7 +70,7 @@ fn an_unsuitable_device_of_a_host_is_refused() {
         );
         refused(
             &|external| external.features.dynamic_rendering = vk::FALSE,
-            "made without the feature dynamic_rendering",
+            "made without the feature dynamicRendering",
         );
         refused(
             &|external| external.features.maintenance4 = vk::FALSE,

@@ -109,7 +109,10 @@ impl Renderer {
 
     /// Submits; where that fails, the direct maps are undefined.
     fn submit_direct(&mut self) -> Result<()> {
-        (self.recorder.submit()).inspect_err(|_| self.is_direct_current = false)
+        (self.recorder.submit()).inspect_err(|_| {
+            self.is_direct_current = false;
+            self.is_environment_current = false;
+        })
     }
 
     /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
@@ -126,7 +129,10 @@ impl Renderer {
             frame::upload(&mut self.recorder, &mut self.scene)?;
         }
         let recorded = self.record_direct().and_then(|()| self.record_view(camera));
-        recorded.inspect_err(|_| self.is_direct_current = false)?;
+        recorded.inspect_err(|_| {
+            self.is_direct_current = false;
+            self.is_environment_current = false;
+        })?;
         self.submit_direct()
     }
 

@@ -195,6 +195,15 @@ impl DeviceScene {
         }
     }
 
+    /// Whether diffuse surfaces get the same direct light of the environment in `scene` as in the one on the device.
+    pub fn keeps_environment(&self, scene: &Scene) -> bool {
+        let same_lights = (self.scene.lights.iter().zip(&scene.lights))
+            .filter(|(light, _)| matches!(light.kind, LightKind::Environment { .. }))
+            .all(|(light, other)| same_light(&light.kind, &other.kind));
+        let mut objects = self.scene.objects.iter().zip(&scene.objects);
+        !self.is_stale && same_lights && objects.all(|(object, other)| same_geometry(object, other))
+    }
+
     /// A compute pipeline, bound to the scene's buffers and images that `shader` names and to the stage's `own`
     /// resources.
     ///
@@ -365,19 +374,36 @@ fn same_geometry(a: &Object, b: &Object) -> bool {
 
 /// Whether the light maps and the view stay the same, except for the camera, given the same structure.
 fn is_same(a: &Scene, b: &Scene) -> bool {
-    // Maps are compared by their address only, because comparing pixels would take too long.
-    let same_map = |a: &LightKind, b: &LightKind| match (a, b) {
-        (LightKind::Environment { map: a, .. }, LightKind::Environment { map: b, .. }) => {
-            Arc::ptr_eq(a, b)
-        }
-        _ => true,
-    };
-    let same_light = |a: &LightKind, b: &LightKind| same_map(a, b) && a == b;
     let same_object = |x: &Object, y: &Object| {
         same_geometry(x, y) && a.materials[x.material].kind == b.materials[y.material].kind
     };
     (a.lights.iter().zip(&b.lights)).all(|(x, y)| same_light(&x.kind, &y.kind))
         && (a.objects.iter().zip(&b.objects)).all(|(x, y)| same_object(x, y))
+}
+
+/// Maps are compared by their address only, because comparing pixels would take too long.
+fn same_light(a: &LightKind, b: &LightKind) -> bool {
+    match (a, b) {
+        (
+            LightKind::Environment {
+                map,
+                scale,
+                rotation,
+                casts_caustics,
+            },
+            LightKind::Environment {
+                map: other_map,
+                scale: other_scale,
+                rotation: other_rotation,
+                casts_caustics: other_casts,
+            },
+        ) => {
+            Arc::ptr_eq(map, other_map)
+                && [scale, rotation] == [other_scale, other_rotation]
+                && casts_caustics == other_casts
+        }
+        _ => a == b,
+    }
 }
 
 /// Checks that only positions, sizes, directions and colours differ.

@@ -86,6 +86,8 @@ pub struct Renderer {
     is_current: bool,
     /// Whether the direct maps show the current scene.
     is_direct_current: bool,
+    /// Whether the direct map of the environment belongs to the scene: where only suns and lamps change, it stays.
+    is_environment_current: bool,
     budget: Option<FrameBudget>,
     /// Whether the next caustic begins with larger buffers.
     grows: bool,
@@ -140,6 +142,7 @@ impl Renderer {
             has_caustic: false,
             is_current: false,
             is_direct_current: false,
+            is_environment_current: false,
             budget,
             grows: false,
             update_time: Duration::ZERO,
@@ -190,7 +193,7 @@ impl Renderer {
         // What the host must not submit leaves the light maps as they were.
         (self.recorder.end_host().and(recorded)).inspect_err(|_| {
             self.recorder.forget_last();
-            (self.is_current, self.is_direct_current) = (false, false);
+            self.invalidate();
         })?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
         Ok(Output {
@@ -235,9 +238,11 @@ impl Renderer {
         let capacity = self.scene.casters.patch_capacity;
         // Where an update fails, nothing is current.
         let was_current = std::mem::take(&mut self.is_current);
+        let keeps_environment = self.scene.keeps_environment(scene);
         let change = self.scene.update(&self.context, scene)?;
         self.is_current = was_current && change == Change::Nothing;
         self.is_direct_current &= change == Change::Nothing;
+        self.is_environment_current &= keeps_environment;
         if change == Change::Stages {
             let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
@@ -342,6 +347,7 @@ impl Renderer {
     pub fn invalidate(&mut self) {
         self.is_current = false;
         self.is_direct_current = false;
+        self.is_environment_current = false;
     }
 
     /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
@@ -405,7 +411,11 @@ impl Renderer {
             return Ok(());
         }
         let dilate = self.dilate.as_ref().map(|[_, of_direct]| of_direct);
+        if self.scene.environment.is_present && !self.is_environment_current {
+            view::frame::environment_light(&mut self.recorder, &self.scene, &self.direct)?;
+        }
         view::frame::direct_light(&mut self.recorder, &self.scene, &self.direct, dilate)?;
+        self.is_environment_current = true;
         self.is_direct_current = true;
         Ok(())
     }

@@ -23,8 +23,10 @@ use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
 
-/// Triangles of one batch.
-const BATCH: u32 = 1 << 17;
+/// Triangles of one batch, 112 bytes each, at most.
+const MAX_BATCH: u32 = 1 << 18;
+/// Batches that a batch may be smaller for. A host's command buffer records all of them, and an empty one costs time, too.
+const FEW_BATCHES: u32 = 8;
 /// Patches for each sample: flux is uneven, so that rounding up makes more patches than the shares say.
 const SHARE_OF_SAMPLE: f32 = 2.0;
 /// 1/share over the number of patches, at most: patches are divided further from 1.3 shares on.
@@ -47,6 +49,8 @@ pub struct Triangles {
     /// Arguments of the passes over patches, and over triangles.
     patch_totals: Buffer,
     splat_totals: Buffer,
+    /// Triangles of a batch.
+    batch: u32,
     /// Number of batches of triangles.
     pub batches: u32,
     /// Number that a blocking frame records; `None` before one has read how many are in use.
@@ -136,7 +140,9 @@ impl Triangles {
         // Parts of clipped patches are two triangles.
         let of_shares = f64::from(MAX_TRIANGLES_PER_PATCH) * SHARES_PER_PATCH * patches as f64;
         let splats = 2 * (patches * targets.min(4) + of_shares as u64);
-        let batches = splats.div_ceil(BATCH.into()) as u32;
+        let batch = splats.div_ceil(FEW_BATCHES.into()).next_power_of_two();
+        let batch = batch.clamp(1 << 12, MAX_BATCH.into()) as u32;
+        let batches = splats.div_ceil(batch.into()) as u32;
         let blocks = |units: u64| units.div_ceil(SPLAT_GROUP.into());
         let buffer = |name: &str, bytes: u64| Buffer::new(context, name, bytes);
         let facet_patches = buffer("facet patches", pairs * size_of::<FacetPatches>() as u64)?;
@@ -154,9 +160,9 @@ impl Triangles {
         let splat_sums = buffer("triangle sums", 8 * blocks(patches))?;
         let words = ARGUMENT_WORDS * (batches + 1);
         let splat_totals = buffer("triangle totals", 4 * u64::from(words))?;
-        let slots = u64::from(BATCH);
+        let slots = u64::from(batch);
         let triangle_splats = buffer("triangles", slots * size_of::<TriangleSplat>() as u64)?;
-        let quads = quads::indices(context, &mut scene.staging, "quads", BATCH)?;
+        let quads = quads::indices(context, &mut scene.staging, "quads", batch)?;
 
         let all = [
             ("facets", &facets.facets),
@@ -218,6 +224,7 @@ impl Triangles {
             quads,
             patch_totals,
             splat_totals,
+            batch,
             batches,
             expected_batches: None,
             traces_corners: settings.method == Method::Footprint,
@@ -352,7 +359,7 @@ impl Triangles {
         group: LightGroup,
     ) {
         self.patch_sums
-            .record_scan(recorder, pairs(scene, group), [0, BATCH]);
+            .record_scan(recorder, pairs(scene, group), [0, self.batch]);
     }
 
     /// Traces rays from the corners of the facets.
@@ -399,7 +406,7 @@ impl Triangles {
 
     /// Numbers the blocks.
     pub fn record_scan_triangles(&self, recorder: &mut Recorder) {
-        (self.splat_sums).record_scan(recorder, self.patch_capacity, [self.batches, BATCH]);
+        (self.splat_sums).record_scan(recorder, self.patch_capacity, [self.batches, self.batch]);
     }
 
     /// Writes the triangles of a batch.
@@ -410,7 +417,7 @@ impl Triangles {
         group: LightGroup,
         batch: u32,
     ) {
-        let push = self.push(scene, group, batch * BATCH);
+        let push = self.push(scene, group, batch * self.batch);
         let arguments = (batch + 1) * ARGUMENT_WORDS / 3;
         recorder.dispatch_indirect(&self.project, &push, &self.splat_totals, arguments);
     }
@@ -435,7 +442,7 @@ impl Triangles {
     /// [`Error::Device`] where the device fails.
     pub fn batches_in_use(&self) -> Result<u32> {
         let splats = units(&self.splat_totals)?[0];
-        Ok(splats.div_ceil(BATCH).clamp(1, self.batches))
+        Ok(splats.div_ceil(self.batch).clamp(1, self.batches))
     }
 
     /// Whether the last blocking frame recorded all batches that are in use. The next one records as many at least.

@@ -1,9 +1,9 @@
 //! The frame of the view: every pass and every barrier, in order, after those of render/frame.rs.
 //!
 //! ```text
-//! environment rays ─► smooth environment ─► sharp environment                         direct light, where the scene changed
+//! environment rays ─► smooth environment ─► sharp environment     direct light of the environment, where it or an object changed
 //!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► penumbra
-//!          ─► direct atlas ─► direct points ─► dilate
+//!          ─► direct atlas ─► direct points ─► dilate                                  direct light, where the scene changed
 //!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
 //! ```
 
@@ -26,58 +26,66 @@ const LISTED_GROUPS: u64 = 1 << 13;
 const POINT_GROUP: u64 = SPLAT_GROUP as u64;
 const MAX_POINTS: u64 = POINT_GROUP * MAX_ROW as u64;
 
-/// Computes the direct light of diffuse surfaces.
+/// Computes the direct light of rects from the environment.
+pub fn environment_light(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    direct: &Direct,
+) -> Result<()> {
+    clear_lists(recorder, &[&direct.sharp_texels])?;
+    let [first, first_sharp] = Direct::environment_rays().map(first_groups);
+    let rects = || scene.surfaces.tiles.iter().filter(|tile| tile.is_rect());
+    for tile in rects() {
+        each_rect(
+            recorder,
+            "environment rays",
+            tile.environment_threads(),
+            first,
+            |r, rect| {
+                direct.record_environment_rays(r, tile, rect);
+                next(r);
+            },
+        )?;
+    }
+    for tile in rects() {
+        each_rect(
+            recorder,
+            "smooth environment",
+            tile.environment_size(),
+            first,
+            |r, rect| {
+                direct.record_smooth_environment(r, tile, rect);
+                next(r);
+            },
+        )?;
+    }
+    each_listed(
+        recorder,
+        "sharp environment",
+        &direct.sharp_texels,
+        0,
+        first_sharp,
+        |r, items| {
+            direct.record_sharp_environment(r, scene, items);
+            next(r);
+        },
+    )
+}
+
+/// Between two computations.
+fn next(recorder: &mut Recorder) {
+    recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+}
+
+/// Computes the direct light of diffuse surfaces, after that of rects from the environment.
 pub fn direct_light(
     recorder: &mut Recorder,
     scene: &DeviceScene,
     direct: &Direct,
     dilate: Option<&Dilate>,
 ) -> Result<()> {
-    let next = |r: &mut Recorder| r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
     let tiles = &scene.surfaces.tiles;
-    let rects = || tiles.iter().filter(|tile| tile.is_rect());
-    clear_lists(
-        recorder,
-        &[&direct.sharp_texels, &direct.blocks, &direct.texels],
-    )?;
-    if scene.environment.is_present {
-        let [first, first_sharp] = Direct::environment_rays().map(first_groups);
-        for tile in rects() {
-            each_rect(
-                recorder,
-                "environment rays",
-                tile.environment_threads(),
-                first,
-                |r, rect| {
-                    direct.record_environment_rays(r, tile, rect);
-                    next(r);
-                },
-            )?;
-        }
-        for tile in rects() {
-            each_rect(
-                recorder,
-                "smooth environment",
-                tile.environment_size(),
-                first,
-                |r, rect| {
-                    direct.record_smooth_environment(r, tile, rect);
-                    next(r);
-                },
-            )?;
-        }
-        each_listed(
-            recorder,
-            "sharp environment",
-            &direct.sharp_texels,
-            0,
-            first_sharp,
-            |r, items| {
-                direct.record_sharp_environment(r, scene, items);
-                next(r);
-            },
-        )?;
-    }
+    clear_lists(recorder, &[&direct.blocks, &direct.texels])?;
     let first = first_groups(Direct::rays(scene));
     if scene.lights.scene_count > 0 {
         let blocks = scene.surfaces.block_count;
