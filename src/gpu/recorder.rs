@@ -402,6 +402,7 @@ impl Recorder {
 
     /// Calls `record` between the ends of a debug label.
     fn labelled(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) {
+        assert!(name.len() <= LONGEST_NAME, "{name} is too long");
         if let Some(debug) = &self.context.debug {
             // On the stack: a host's frame allocates nothing.
             let mut bytes = [0; LONGEST_NAME + 1];

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::reference::lights::Emitter;
 use crate::reference::media::Dielectrics;
 use crate::reference::mirrors::MirrorTriangle;
-use crate::reference::receiver::{CurvedReceiver, FlatReceiver, Receiver};
+use crate::reference::receiver::{MeshReceiver, PlanarReceiver, Receiver};
 use crate::reference::visibility::Blockers;
 use crate::scene::{Atlas, Geometry, NoLayout, Scene};
 use glam::DVec3;
@@ -76,11 +76,11 @@ pub fn receiver_of(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Result<R
         .filter(|object| object.light_map.is_some())
         .ok_or_else(not_one)?;
     match &object.geometry {
-        Geometry::Rect(rect) => Ok(Receiver::Flat(FlatReceiver::new(*rect, texels))),
+        Geometry::Rect(rect) => Ok(Receiver::Planar(PlanarReceiver::new(*rect, texels))),
         Geometry::Mesh(mesh) => {
             let (atlas, _) = Atlas::of(object, texels).map_err(NoLayout::into_error)?;
-            let curved = CurvedReceiver::new(mesh, atlas).ok_or_else(not_one)?;
-            Ok(Receiver::Curved(curved))
+            let receiver = MeshReceiver::new(mesh, atlas).ok_or_else(not_one)?;
+            Ok(Receiver::Mesh(receiver))
         }
         Geometry::Waves(_) => Err(not_one()),
     }

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 /// Something with a light map: last row at v = 0, column 0 at u = 0.
 pub enum Receiver {
-    Flat(FlatReceiver),
-    Curved(CurvedReceiver),
+    Planar(PlanarReceiver),
+    Mesh(MeshReceiver),
 }
 
 /// Where a ray meets a receiver's front.
@@ -40,16 +40,16 @@ impl Receiver {
     /// m²
     pub fn area(&self) -> f64 {
         match self {
-            Self::Flat(flat) => flat.rect.area(),
-            Self::Curved(curved) => curved.area,
+            Self::Planar(planar) => planar.rect.area(),
+            Self::Mesh(mesh) => mesh.area,
         }
     }
 
     /// Width and height, texels.
     pub fn size(&self) -> [u32; 2] {
         match self {
-            Self::Flat(flat) => flat.size,
-            Self::Curved(curved) => curved.atlas.size(),
+            Self::Planar(planar) => planar.size,
+            Self::Mesh(mesh) => mesh.atlas.size(),
         }
     }
 
@@ -61,8 +61,8 @@ impl Receiver {
     /// Of what lies in the texel, m².
     pub fn texel_area(&self, texel: usize) -> f64 {
         match self {
-            Self::Flat(flat) => flat.rect.area() / self.texels() as f64,
-            Self::Curved(curved) => curved.areas[texel],
+            Self::Planar(planar) => planar.rect.area() / self.texels() as f64,
+            Self::Mesh(mesh) => mesh.areas[texel],
         }
     }
 
@@ -74,12 +74,12 @@ impl Receiver {
     #[inline]
     pub fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(ReceiverHit)) {
         match self {
-            Self::Flat(flat) => {
-                if let Some(hit) = flat.hit(origin, direction) {
+            Self::Planar(planar) => {
+                if let Some(hit) = planar.hit(origin, direction) {
                     meets(hit);
                 }
             }
-            Self::Curved(curved) => curved.hits(origin, direction, meets),
+            Self::Mesh(mesh) => mesh.hits(origin, direction, meets),
         }
     }
 
@@ -87,26 +87,26 @@ impl Receiver {
     /// of the second and third corner. `None` where the light map has none for it.
     pub fn texel_at(&self, position: DVec3, triangle: u32, weights: DVec2) -> Option<usize> {
         match self {
-            Self::Flat(flat) => Some(flat.texel_at(position)),
-            Self::Curved(curved) => curved.atlas.texel_at(triangle, weights),
+            Self::Planar(planar) => Some(planar.texel_at(position)),
+            Self::Mesh(mesh) => mesh.atlas.texel_at(triangle, weights),
         }
     }
 
     /// The point at (s, t) in [0, 1)² of a texel, if something lies there.
     pub fn point(&self, texel: usize, s: f64, t: f64) -> Option<ReceiverPoint> {
         match self {
-            Self::Flat(flat) => Some(ReceiverPoint {
-                position: flat.point(texel, s, t),
-                normal: flat.normal,
+            Self::Planar(planar) => Some(ReceiverPoint {
+                position: planar.point(texel, s, t),
+                normal: planar.normal,
                 weight: 1.0,
             }),
-            Self::Curved(curved) => curved.point(texel, s, t),
+            Self::Mesh(mesh) => mesh.point(texel, s, t),
         }
     }
 }
 
 /// A mesh with a light map.
-pub struct CurvedReceiver {
+pub struct MeshReceiver {
     mesh: Arc<Mesh>,
     atlas: Atlas,
     triangles: Blockers,
@@ -116,7 +116,7 @@ pub struct CurvedReceiver {
     area: f64,
 }
 
-impl CurvedReceiver {
+impl MeshReceiver {
     /// `None` for a mesh without triangles.
     pub fn new(mesh: &Arc<Mesh>, atlas: Atlas) -> Option<Self> {
         let corners: Vec<_> = (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect();
@@ -169,7 +169,7 @@ impl CurvedReceiver {
 }
 
 /// A rect with a light map.
-pub struct FlatReceiver {
+pub struct PlanarReceiver {
     rect: Rect,
     normal: DVec3,
     /// edge/|edge|², so that a dot product gives u or v.
@@ -177,7 +177,7 @@ pub struct FlatReceiver {
     size: [u32; 2],
 }
 
-impl FlatReceiver {
+impl PlanarReceiver {
     pub fn new(rect: Rect, size: [u32; 2]) -> Self {
         Self {
             rect,
@@ -258,7 +258,7 @@ mod tests {
             edge_u: DVec3::new(2.0, 0.0, 0.0),
             edge_v: DVec3::new(0.0, 0.0, -3.0),
         };
-        let receiver = FlatReceiver::new(rect, [4, 3]);
+        let receiver = PlanarReceiver::new(rect, [4, 3]);
         for texel in 0..12 {
             let point = receiver.point(texel, 0.3, 0.8);
             let direction = DVec3::new(0.1, -1.0, 0.2).normalize();

@@ -27,7 +27,7 @@ impl Renderer {
         if std::mem::take(&mut self.grows) {
             self.grow()?;
         }
-        let start = Instant::now();
+        let mut start = Instant::now();
         self.begin()?;
         if self.is_current {
             return Ok(());
@@ -37,8 +37,11 @@ impl Renderer {
             self.recorder
                 .submit()
                 .inspect_err(|_| self.is_current = false)?;
-            if !self.caustic.is_complete()? {
+            let is_complete = self.caustic.is_complete();
+            let is_complete = is_complete.inspect_err(|_| self.is_current = false)?;
+            if !is_complete {
                 self.is_current = false;
+                start = Instant::now();
                 self.begin()?;
                 continue;
             }

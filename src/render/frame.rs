@@ -314,7 +314,7 @@ fn splat_triangles(
     // A host's command buffer records the maximum number of batches. A blocking frame records as many as earlier ones used, and
     // is recorded again where these are too few; the first one reads how many there are.
     let mut batches = triangles.batches;
-    if recorder.is_ours() {
+    if recorder.is_ours() && batches > 1 {
         batches = match triangles.expected_batches {
             Some(expected) => expected,
             None => {
@@ -323,19 +323,25 @@ fn splat_triangles(
             }
         };
     }
-    recorder.tiled("triangles", batches.into(), 1, |r, batch, _| {
-        let batch = batch as u32;
-        r.pass("project triangles", |r| {
-            triangles.record_project(r, scene, group, batch);
-            r.barrier(Access::COMPUTE_WRITE, LIST_READ);
-        })?;
-        r.pass("splat triangles", |r| {
-            triangles.record_splat(r, light_map, batch, *clear);
-            after_draw(r);
-        })?;
-        *clear = false;
-        Ok(1)
-    })?;
+    let size = u64::from(triangles.batch);
+    recorder.tiled(
+        "triangles",
+        u64::from(batches) * size,
+        size,
+        |r, done, _| {
+            let batch = (done / size) as u32;
+            r.pass("project triangles", |r| {
+                triangles.record_project(r, scene, group, batch);
+                r.barrier(Access::COMPUTE_WRITE, LIST_READ);
+            })?;
+            r.pass("splat triangles", |r| {
+                triangles.record_splat(r, light_map, batch, *clear);
+                after_draw(r);
+            })?;
+            *clear = false;
+            Ok(size)
+        },
+    )?;
     Ok(())
 }
 

@@ -86,7 +86,7 @@ pub struct Renderer {
     is_current: bool,
     /// Whether the direct maps show the current scene.
     is_direct_current: bool,
-    /// Whether the direct map of the environment belongs to the scene: where only suns and lamps change, it stays.
+    /// Whether the direct map of the environment shows the current scene. It is kept where only suns, lamps or materials change.
     is_environment_current: bool,
     budget: Option<FrameBudget>,
     /// Whether the next caustic begins with larger buffers.
@@ -268,8 +268,8 @@ impl Renderer {
         let environment_counts =
             matches!(self.settings.method, Method::Footprint | Method::Pinhole);
         if self.scene.environment.casts_caustics && !environment_counts {
-            let note = "the environment casts no caustic, and water lets none of it through: the \
-                 methods footprint and pinhole do that";
+            let note = "the environment casts no caustic, and its light does not pass through water: the \
+                 methods footprint and pinhole compute both";
             notes.push(note.into());
         } else if self.scene.scene.specular_objects().next().is_none() {
             let note = "no caustic: nothing in the scene reflects or refracts light";

@@ -277,7 +277,7 @@ fn bumps() {
     keeps_the_energy("bumps.toml");
 }
 
-/// 600 k patches and three receivers take more memory than one batch may.
+/// 600 k patches and three receivers have more triangles than one batch holds.
 #[test]
 fn footprints_in_several_batches() {
     let device = Device::open();
@@ -285,7 +285,7 @@ fn footprints_in_several_batches() {
     let settings = footprint(600_000);
     let mut renderer = Renderer::new(&device.0, &scene, &settings).unwrap();
     renderer.caustic().unwrap();
-    // Counted over all batches; one has room for some 200 000.
+    // Counted over all batches; one has room for 262 144 triangles.
     let lit = renderer.lit_patches().unwrap().unwrap();
     assert!(lit > 500_000 && lit < renderer.samples().unwrap(), "{lit}");
     let truth = reference_flux(&scene, REFERENCE_ERROR, REFERENCE_SAMPLES);

@@ -152,9 +152,9 @@ fn a_mirror_that_faces_no_light_reflects_none_and_says_so() {
     ] {
         assert!(dark(&turned, method));
         assert!(dark(&no_light, method));
-        let notes = device
-            .renderer(&no_mirror, &self::method(method, 4096))
-            .notes();
+        let mut renderer = device.renderer(&no_mirror, &self::method(method, 4096));
+        renderer.caustic().unwrap();
+        let notes = renderer.notes();
         let expected = "no caustic: nothing in the scene reflects or refracts light";
         assert!(notes.iter().any(|note| note == expected), "{notes:?}");
         assert!(!dark(&lit, method));

@@ -1,4 +1,4 @@
-//! Constants of the footprint's kernel ((1 − t)/(1 − βt))⁴, t = dᵀΣ⁻¹d / a², with the flatness β.
+//! Constants of the footprint's kernel κ = ((1 − t)/(1 − βt))⁴, t = dᵀΣ⁻¹d / a², with the flatness β.
 
 use crate::render::gpu_types::Profile;
 use crate::render::gpu_types::constants::SHARPEST;
@@ -30,7 +30,7 @@ const PROFILES: usize = 64;
 const FLATTEST: f64 = 0.05;
 
 /// The table of kernels: the flatness β, the squared support radius a² that gives unit covariance, and the mean M₀ =
-/// ∫₀¹ k dt. An entry has the kurtosis of the kernel (1 − t)^p; p goes from 0 to [`SHARPEST`] in even steps of √p.
+/// ∫₀¹ κ dt. An entry has the kurtosis of the kernel (1 − t)^p; p goes from 0 to [`SHARPEST`] in even steps of √p.
 pub fn profiles() -> &'static [Profile] {
     // Takes tens of milliseconds.
     static TABLE: LazyLock<Vec<Profile>> = LazyLock::new(|| {

@@ -25,7 +25,8 @@ use std::sync::Arc;
 
 /// Triangles of one batch, 112 bytes each, at most.
 const MAX_BATCH: u32 = 1 << 18;
-/// Batches that a batch may be smaller for. A host's command buffer records all of them, and an empty one costs time, too.
+/// Number of batches that a batch is made small enough for: smaller buffers, but a host's command buffer records all batches, and an
+/// empty one costs time, too.
 const FEW_BATCHES: u32 = 8;
 /// Patches for each sample: flux is uneven, so that rounding up makes more patches than the shares say.
 const SHARE_OF_SAMPLE: f32 = 2.0;
@@ -49,11 +50,11 @@ pub struct Triangles {
     /// Arguments of the passes over patches, and over triangles.
     patch_totals: Buffer,
     splat_totals: Buffer,
-    /// Triangles of a batch.
-    batch: u32,
+    /// Number of triangles of a batch.
+    pub batch: u32,
     /// Number of batches of triangles.
     pub batches: u32,
-    /// Number that a blocking frame records; `None` before one has read how many are in use.
+    /// Number of batches that a blocking frame records; `None` before one has read how many are in use.
     pub expected_batches: Option<u32>,
     /// Whether rays are traced from the corners of patches.
     pub traces_corners: bool,
@@ -142,7 +143,7 @@ impl Triangles {
         let splats = 2 * (patches * targets.min(4) + of_shares as u64);
         let batch = splats.div_ceil(FEW_BATCHES.into()).next_power_of_two();
         let batch = batch.clamp(1 << 12, MAX_BATCH.into()) as u32;
-        let batches = splats.div_ceil(batch.into()) as u32;
+        let batches = splats.div_ceil(batch.into()).max(1) as u32;
         let blocks = |units: u64| units.div_ceil(SPLAT_GROUP.into());
         let buffer = |name: &str, bytes: u64| Buffer::new(context, name, bytes);
         let facet_patches = buffer("facet patches", pairs * size_of::<FacetPatches>() as u64)?;
@@ -445,17 +446,18 @@ impl Triangles {
         Ok(splats.div_ceil(self.batch).clamp(1, self.batches))
     }
 
-    /// Whether the last blocking frame recorded all batches that are in use. The next one records as many at least.
+    /// Whether the last blocking frame recorded all batches that are in use. The next one records one less where these were too many.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn has_all_batches(&mut self) -> Result<bool> {
-        let used = self.batches_in_use()?;
-        let recorded = self.expected_batches.replace(used);
-        if let Some(recorded) = recorded {
-            self.expected_batches = Some(used.max(recorded));
+        if self.batches == 1 {
+            return Ok(true);
         }
-        Ok(recorded.is_none_or(|recorded| used <= recorded))
+        let used = self.batches_in_use()?;
+        let recorded = self.expected_batches.unwrap_or(used);
+        self.expected_batches = Some(used.max(recorded - u32::from(used + 1 < recorded)));
+        Ok(used <= recorded)
     }
 
     /// The largest estimated relative L1 error of a planar receiver in the last frame, and whether more patches than
@@ -470,7 +472,7 @@ impl Triangles {
         Ok((error, shares.iter().any(|share| share.is_limited != 0)))
     }
 
-    /// Numbers of the last frame; of the last range of lights, if there were several.
+    /// Numbers of the last frame.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.

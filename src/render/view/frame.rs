@@ -1,7 +1,7 @@
 //! The frame of the view: every pass and every barrier, in order, after those of render/frame.rs.
 //!
 //! ```text
-//! environment rays ─► smooth environment ─► sharp environment     direct light of the environment, where it or an object changed
+//! environment rays ─► smooth environment ─► sharp environment     direct light of the environment, where it or geometry changed
 //!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► penumbra
 //!          ─► direct atlas ─► direct points ─► dilate                                  direct light, where the scene changed
 //!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
