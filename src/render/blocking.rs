@@ -37,10 +37,10 @@ impl Renderer {
             self.recorder
                 .submit()
                 .inspect_err(|_| self.is_current = false)?;
-            let is_complete = self.caustic.is_complete();
-            let is_complete = is_complete.inspect_err(|_| self.is_current = false)?;
-            if !is_complete {
-                self.is_current = false;
+            // Not so before what was drawn is known to be all.
+            self.is_current = false;
+            self.is_current = self.caustic.is_complete()?;
+            if !self.is_current {
                 start = Instant::now();
                 self.begin()?;
                 continue;
@@ -112,10 +112,14 @@ impl Renderer {
 
     /// Submits; where that fails, the direct maps are undefined.
     fn submit_direct(&mut self) -> Result<()> {
-        (self.recorder.submit()).inspect_err(|_| {
-            self.is_direct_current = false;
-            self.is_environment_current = false;
-        })
+        let submitted = self.recorder.submit();
+        submitted.inspect_err(|_| self.forget_direct())
+    }
+
+    /// After a failure, direct light is computed again.
+    fn forget_direct(&mut self) {
+        self.is_direct_current = false;
+        self.is_environment_current = false;
     }
 
     /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with
@@ -132,10 +136,7 @@ impl Renderer {
             frame::upload(&mut self.recorder, &mut self.scene)?;
         }
         let recorded = self.record_direct().and_then(|()| self.record_view(camera));
-        recorded.inspect_err(|_| {
-            self.is_direct_current = false;
-            self.is_environment_current = false;
-        })?;
+        recorded.inspect_err(|_| self.forget_direct())?;
         self.submit_direct()
     }
 

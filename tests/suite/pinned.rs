@@ -1,7 +1,8 @@
 //! Light maps keep their bits when code moves.
 //!
 //! `tests/suite/pinned_maps.txt` has a hash of the light maps of every shipped scene by every method, and the
-//! device and driver that made them: bits depend on both. With the same driver, CPUs of AMD and Intel gave the same bits. Where a commit changes them on purpose it says why
+//! device and driver that made them: bits depend on both. With the same driver, CPUs of AMD and Intel gave the same bits.
+//! Where a commit changes them on purpose it says why
 //! and writes the file again: `NEPHROID_PIN=1 cargo test --release --test suite pinned`.
 
 use crate::common::{Device, method};

@@ -6,6 +6,12 @@ use nephroid::render::{Method, Settings};
 use nephroid::scene::Scene;
 use std::path::Path;
 
+/// Gives all light maps this size.
+fn set_light_maps(scene: &mut Scene, texels: [u32; 2]) {
+    let maps = (scene.objects.iter_mut()).filter_map(|object| object.light_map.as_mut());
+    maps.for_each(|light_map| *light_map = texels);
+}
+
 fn bits(image: &RgbImage) -> Vec<u32> {
     let values = image.pixels.as_flattened();
     values.iter().map(|value| value.to_bits()).collect()
@@ -32,13 +38,7 @@ fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
 
 fn same_bits(name: &str, method_: Method, samples: u32) {
     let mut scene = load(name);
-    for light_map in scene
-        .objects
-        .iter_mut()
-        .filter_map(|object| object.light_map.as_mut())
-    {
-        *light_map = [32, 32];
-    }
+    set_light_maps(&mut scene, [32, 32]);
     let settings = method(method_, samples);
     let one = render(&scene, &settings);
     assert!(one == render(&scene, &settings), "two devices differ");
@@ -93,11 +93,7 @@ fn a_caustic_is_one_submission() {
     for entry in scenes.read_dir().unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         let mut scene = load_with_chains(&name);
-        let maps = scene
-            .objects
-            .iter_mut()
-            .filter_map(|object| object.light_map.as_mut());
-        maps.for_each(|light_map| *light_map = [32, 32]);
+        set_light_maps(&mut scene, [32, 32]);
         let mut renderer = device.renderer(&scene, &settings);
         let frames = [0; 6].map(|_| {
             renderer.invalidate();
