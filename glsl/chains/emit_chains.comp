@@ -9,7 +9,6 @@ NORMALS(1)
 OBJECTS(2)
 LIGHTS(3)
 PLANAR_RECEIVERS(4)
-layout(std430, binding = 5) readonly buffer Lattices { ChainLattice lattices[]; };
 CHAIN_PATHS(6)
 CHAIN_HITS(7)
 layout(std430, binding = 8) readonly buffer Numbers { uvec2 numbers[]; };      // prefix sums
@@ -39,16 +38,16 @@ layout(std430, binding = 15) readonly buffer Spectrum { vec4 weights_below[]; };
 void main() {
     uint index = thread_index();
     if (index >= waves[UNITS_WORD]) return;
-    ChainPath path;
-    if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
-    trace_band(path);
     ChainHit hit = hit_at(index);
+    if (hit.lobes + hit.footprints == 0) return;
+    ChainPath path = path_at(index);
+    trace_band(path);
     uvec2 place = numbers[index] + block_sums[index / SPLAT_GROUP];
     place.y += waves[FOOTPRINTS_WORD];
     uint last = min(place.y + hit.footprints, push.splat_capacity);
 
     Interaction at;
-    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
+    if (hit.lobes > 0 && interact(path, hit, at)) {
         Lobe lobes[2];
         lobes_of(path, at, lobes);
         Transfer transfer = transfer_to(path, hit, at);
@@ -57,7 +56,7 @@ void main() {
             next_paths[place.x++] = next_path(path, hit, at, transfer, lobes[i], i == 1);
         }
     }
-    if (interfaces_of(path) > 1) {
+    if (hit.footprints > 0) {
         for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
             PlanarReceiver planar = planar_receiver_at(receiver);
             Landing landing;

@@ -11,7 +11,6 @@ NODES(2)
 OBJECTS(3)
 LIGHTS(4)
 PLANAR_RECEIVERS(5)
-layout(std430, binding = 6) readonly buffer Lattices { ChainLattice lattices[]; };
 CHAIN_PATHS(7)
 layout(std430, binding = 8) readonly buffer Waves { uint waves[]; };
 layout(std430, binding = 9) writeonly buffer Footprints { Footprint footprints[]; };
@@ -62,7 +61,7 @@ void main() {
     for (;;) {
         ChainHit hit = hit_of(path);
         Interaction at;
-        if (finish(path, hit, choice(index, interfaces_of(path)), footprint)) break;
+        if (interfaces_of(path) > 1 && finish(path, hit, choice(index, interfaces_of(path)), footprint)) break;
         if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) break;
         Lobe lobe;
         bool refracts;

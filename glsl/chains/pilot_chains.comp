@@ -25,6 +25,7 @@ layout(std430, binding = 7) writeonly buffer PilotRays { PilotRay pilot_rays[]; 
 #include "chain_ray.glsl"
 #include "light_axes.glsl"
 #include "chain.glsl"
+#include "lattice_ray.glsl"
 #include "chain_changes.glsl"
 
 // The first receiver that the path's light lands on. Returns false where it lands on none. `finest`: spacing of the lattice after all

@@ -1,4 +1,5 @@
-// trace chains: finds what the rays of a wave of chains meet, and counts the lobes to follow and the footprints of each.
+// trace chains: follows the rays of a wave of chains to where they land or meet an interface, and counts the lobes to follow and the
+// footprints of each.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -15,6 +16,7 @@ CHAIN_PATHS(7)
 layout(std430, binding = 8) writeonly buffer Hits { ChainHit hits[]; };
 layout(std430, binding = 9) writeonly buffer Numbers { uvec2 numbers[]; }; // lobes, footprints
 layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
+layout(std430, binding = 11) writeonly buffer Traced { ChainPath traced[]; };  // the same paths, where they are at their ends
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -25,7 +27,10 @@ layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"
 #include "chain_ray.glsl"
+#include "light_axes.glsl"
 #include "chain.glsl"
+#include "lattice_ray.glsl"
+#include "chain_changes.glsl"
 
 void main() {
     uint index = thread_index();
@@ -33,23 +38,26 @@ void main() {
     ChainPath path;
     if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
     trace_band(path);
-    ChainHit hit = hit_of(path);
-
-    uvec2 number = uvec2(0);
-    Interaction at;
-    if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
+    ChainHit hit;
+    for (;;) {
+        hit = hit_of(path);
+        Interaction at;
         Lobe lobes[2];
-        lobes_of(path, at, lobes);
-        number.x = uint(lobes[0].is_followed) + uint(lobes[1].is_followed);
-    }
-    // Light of a single surface is that of the facets.
-    if (interfaces_of(path) > 1) {
-        for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
-            Landing landing;
-            if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) number.y += parts_of(landing);
+        if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
+            lobes_of(path, at, lobes);
+            hit.lobes = uint(lobes[0].is_followed) + uint(lobes[1].is_followed);
         }
+        // Light of a single surface is that of the facets.
+        if (interfaces_of(path) > 1) {
+            for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
+                Landing landing;
+                if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) hit.footprints += parts_of(landing);
+            }
+        }
+        if (hit.footprints > 0 || hit.lobes != 1 || at.eta > 0.0) break;
+        path = next_path(path, hit, at, transfer_to(path, hit, at), lobes[0], false);
     }
-    numbers[index] = number;
-    hit.footprints = number.y;
+    numbers[index] = uvec2(hit.lobes, hit.footprints);
     hits[index] = hit;
+    if (hit.lobes + hit.footprints > 0) traced[index] = path;
 }

@@ -51,6 +51,8 @@ const uint COUNT_SHIFT = 28;
 const int MAX_LEVEL = 5;
 // Texels on the shorter side of the coarsest level.
 const uint MIN_COARSE_SIDE = 16;
+// Rows of the coarser level that a thread of resolve.comp adds.
+const int RESOLVE_ROWS = 4;
 
 // Workgroup size of the shaders that have a thread for each unit: patches, pairs, splats, rays or points.
 const uint SPLAT_GROUP = 64;

@@ -382,7 +382,7 @@ struct ChainHit {
     vec2 barycentric;
     uvec2 media;
     uint footprints; // number of footprints of the light that lands on the way
-    uint unused;
+    uint lobes;      // number of lobes that are followed
 };
 
 // The flux of one traced point over the area of the texel that it meets.

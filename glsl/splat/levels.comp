@@ -10,7 +10,7 @@ layout(std430, binding = 1) readonly buffer Coarse { uint coarse[]; }; // per re
 layout(std430, binding = 2) writeonly buffer Steps { uint steps[]; };
 layout(push_constant) uniform LevelsPush {
     uint receiver_count;
-    uint rows;           // maximum number of rows in one step of resolve
+    uint rows;           // maximum number of coarser rows in one step of resolve, a multiple of RESOLVE_ROWS
 } push;
 
 #include "planar_receiver.glsl"
@@ -23,10 +23,10 @@ void main() {
         largest = max(largest, uvec2(planar_receiver_at(i).width, planar_receiver_at(i).height));
     }
     for (int level = 0; level < MAX_LEVEL; level++) {
-        uvec2 threads = ((largest - 1) >> level) + 3;
+        uvec2 coarser = ((largest - 1) >> (level + 1)) + 3;
         bool needed = used >> (level + 1) != 0;
-        steps[3 * level] = needed ? (threads.x + SPLAT_GROUP - 1) / SPLAT_GROUP : 0;
-        steps[3 * level + 1] = min(threads.y, push.rows);
+        steps[3 * level] = needed ? (coarser.x + SPLAT_GROUP - 1) / SPLAT_GROUP : 0;
+        steps[3 * level + 1] = (min(coarser.y, push.rows) + RESOLVE_ROWS - 1) / RESOLVE_ROWS;
         steps[3 * level + 2] = push.receiver_count;
     }
 }

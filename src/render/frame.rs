@@ -18,7 +18,7 @@
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
 use crate::render::caustic::Caustic;
-use crate::render::chains::{Chains, WAVES};
+use crate::render::chains::Chains;
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{bands, first_groups};
 use crate::render::lights::Source;
@@ -359,7 +359,7 @@ fn splat_chains(
         chains.record_plan(r, scene);
         next(r);
     })?;
-    for wave in 0..WAVES {
+    for wave in 0..chains.wave_count {
         recorder.pass("trace chains", |r| {
             chains.record_trace(r, scene, wave);
             next(r);
@@ -398,10 +398,11 @@ fn add_levels(recorder: &mut Recorder, scene: &DeviceScene, resolve: &Resolve) -
         );
     })?;
     let [_, height] = scene.receivers.largest_light_map();
-    let is_split = height + 2 > resolve.levels.rows;
+    // Coarser levels have a border of one texel.
+    let rows_of = |level: u32| ((height - 1) >> level) + 3;
+    let is_split = rows_of(1) > resolve.levels.rows;
     for level in (0..MAX_LEVEL).rev() {
-        // A level has a border of one texel.
-        let rows = ((height - 1) >> level) + 3;
+        let rows = rows_of(level + 1);
         for first_row in (0..rows).step_by(resolve.levels.rows as usize) {
             recorder.pass("resolve", |r| {
                 resolve.record(r, level, first_row);

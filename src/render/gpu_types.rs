@@ -106,7 +106,7 @@ mirrors! {
         cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,
         media: UVec2, start_or_spectrum: UVec2,
     }
-    ChainHit { distance: f32, triangle: u32, barycentric: Vec2, media: UVec2, footprints: u32, unused: u32, }
+    ChainHit { distance: f32, triangle: u32, barycentric: Vec2, media: UVec2, footprints: u32, lobes: u32, }
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 

@@ -14,6 +14,7 @@ use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Foo
 use crate::render::splat::prefix_sums::BlockSums;
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
+use crate::scene::{Material, MaterialKind, Scene};
 use std::sync::Arc;
 
 /// Maximum number of paths of a wave over the number of rays of the lattices. A wave grows where both lobes are followed.
@@ -25,8 +26,9 @@ const DISPERSED_FOOTPRINTS_PER_RAY: f64 = 12.0;
 const MAX_DISPERSED_FOOTPRINTS: u32 = 3 << 19; // 120 MiB, below what every device allows for a buffer
 /// Variance of a kernel over the square of the lattice's cell. Less leaves gaps where the cells' images do not join.
 const SPREAD: f32 = 0.2;
-/// Number of waves, after which every path follows one lobe of a surface to its end.
-pub const WAVES: u32 = 6;
+/// Number of waves where there are interfaces, after which every path follows one lobe of each surface to its end. One wave follows
+/// paths from mirror to mirror until they land, which is the end of all but those that pass the edge of a receiver.
+const WAVES: u32 = 6;
 
 pub struct Chains {
     pilot: BoundPipeline,
@@ -42,6 +44,8 @@ pub struct Chains {
     quads: Buffer,
     path_capacity: u32,
     splat_capacity: u32,
+    /// Number of waves.
+    pub wave_count: u32,
     /// Lattices after refinement over those before, at most.
     bands: u32,
 }
@@ -105,12 +109,12 @@ impl Chains {
                 ("hits", buffer(&hits)),
                 ("numbers", buffer(&numbers)),
                 ("waves", buffer(&waves[from])),
+                ("traced", buffer(&paths[from])),
             ];
             scene.compute(context, &shaders::TRACE_CHAINS_COMP, &own)
         };
         let emit = |from: usize| {
             let own = [
-                lattices,
                 lights,
                 ("paths", buffer(&paths[from])),
                 ("hits", buffer(&hits)),
@@ -135,7 +139,8 @@ impl Chains {
             ];
             scene.compute(context, &shaders::SCAN_CHAINS_COMP, &own)
         };
-        let last = WAVES as usize % 2;
+        let wave_count = if divides(&scene.scene) { WAVES } else { 1 };
+        let last = wave_count as usize % 2;
         let own = [
             ("paths", buffer(&paths[last])),
             ("waves", buffer(&waves[last])),
@@ -165,8 +170,14 @@ impl Chains {
             quads,
             path_capacity,
             splat_capacity,
+            wave_count,
             bands,
         })
+    }
+
+    /// The sizes after all waves.
+    fn last(&self) -> &Buffer {
+        &self.waves[self.wave_count as usize % 2]
     }
 
     fn push(&self, scene: &DeviceScene, wave: u32) -> ChainPush {
@@ -235,15 +246,21 @@ impl Chains {
 
     /// Writes the footprints of the paths that are left.
     pub fn record_finish(&self, recorder: &mut Recorder, scene: &DeviceScene) {
-        let (push, waves) = (self.push(scene, WAVES), &self.waves[WAVES as usize % 2]);
+        let (push, waves) = (self.push(scene, self.wave_count), self.last());
         recorder.dispatch_indirect(&self.finish, &push, waves, 0);
     }
 
     /// Draws the footprints of all waves into the light maps; `clear` clears the maps first.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         let push = draw_push(light_map);
-        let (draw, quads, waves) = (&self.draw, &self.quads, &self.waves[WAVES as usize % 2]);
+        let (draw, quads, waves) = (&self.draw, &self.quads, self.last());
         let offset = 4 * WAVE_DRAW_WORD as u64;
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, waves, offset);
     }
+}
+
+/// Whether light divides at interfaces.
+fn divides(scene: &Scene) -> bool {
+    let is_dielectric = |material: &Material| matches!(material.kind, MaterialKind::Dielectric(_));
+    scene.materials.iter().any(is_dielectric)
 }

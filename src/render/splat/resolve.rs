@@ -3,18 +3,20 @@
 use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
-use crate::render::gpu_types::{LevelsPush, ResolvePush};
+use crate::render::gpu_types::{LevelsPush, ResolvePush, constants};
 use crate::render::receivers::light_maps::MAX_LEVEL;
 use std::sync::Arc;
 
-/// Texels per step of resolve: 40 ms on two CPU cores.
+/// Texels per step of resolve: at most 20 ms on two CPU cores.
 const STEP_TEXELS: u32 = 1 << 19;
+/// Coarser rows of a thread.
+const ROWS: u32 = constants::RESOLVE_ROWS as u32;
 
 /// The levels that contain footprints.
 pub struct Levels {
     /// Per planar receiver: bit l is set where its light map has footprints in level l.
     pub coarse: Buffer,
-    /// Maximum number of rows in one step of resolve.
+    /// Maximum number of coarser rows in one step of resolve, a multiple of `RESOLVE_ROWS`.
     pub rows: u32,
 }
 
@@ -26,7 +28,7 @@ impl Levels {
         let bytes = 4 * u64::from(receivers.planar_count);
         Ok(Self {
             coarse: Buffer::new(context, "coarse levels", bytes)?,
-            rows: (STEP_TEXELS / receivers.largest_light_map()[0]).max(1),
+            rows: (STEP_TEXELS / receivers.largest_light_map()[0]).div_ceil(2 * ROWS) * ROWS,
         })
     }
 }
@@ -71,7 +73,7 @@ impl Resolve {
         recorder.dispatch(&self.find_levels, &push, [1, 1, 1]);
     }
 
-    /// Adds the rows of one step, from `first_row` on, to `level`. Does nothing where no coarser level has footprints.
+    /// Adds the coarser rows of one step, from `first_row` on, to `level`. Does nothing where no coarser level has footprints.
     pub fn record(&self, recorder: &mut Recorder, level: u32, first_row: u32) {
         let push = ResolvePush {
             level: level as i32,
