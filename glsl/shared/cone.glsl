@@ -39,6 +39,16 @@ vec2 texture_change(Triangle triangle, TexturedTriangle texture_, vec3 change) {
     return u * (texture_.uv1 - texture_.uv0) + v * (texture_.uv2 - texture_.uv0);
 }
 
+// The mean albedo of a diffuse surface.
+vec3 mean_albedo(Object object, uint index) {
+    vec3 albedo = object.color;
+    if (HAS_TEXTURES) {
+        TexturedTriangle texture_ = textured_triangle_at(index);
+        if (texture_.level_count > 0) albedo *= mean_colour(texture_.first_level, texture_.level_count);
+    }
+    return albedo;
+}
+
 // Albedo of a diffuse surface where a ray meets it; `weights` are of the second and third corner.
 vec3 albedo_at(Object object, uint index, Triangle triangle, vec2 weights, vec3 direction, float width) {
     vec3 albedo = object.color;

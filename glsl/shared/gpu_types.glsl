@@ -105,10 +105,11 @@ struct TexturedTriangle {
     uint level_count; // 0: no texture
 };
 
-// A mipmap in the image of all textures: rows from the top, with a border of one texel that repeats the opposite side.
+// A mipmap: its texels row by row from the top.
 struct TextureLevel {
-    uvec2 origin;    // of the texels within the border
-    uvec2 size;      // without the border
+    uint first;      // index of the first texel
+    uint unused;
+    uvec2 size;
 };
 
 // The points of a triangle of kind POINTS: on a lattice of `division` intervals along each edge, row by row from the first

@@ -20,7 +20,7 @@ layout(std430, binding = 14) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 15) readonly buffer Pixels { uint pixels[]; };
 TEXTURED_TRIANGLES(16)
 TEXTURE_LEVELS(17)
-layout(binding = 18) uniform sampler2D textures;
+layout(std430, binding = 18) readonly buffer Textures { uint textures[]; }; // see colour_of_texel()
 
 // What the scene has. The compiler removes code that the scene does not need.
 layout(constant_id = ID_HAS_LAMPS) const bool HAS_LAMPS = true;
@@ -29,6 +29,7 @@ layout(constant_id = ID_HAS_ATLAS) const bool HAS_ATLAS = true;
 layout(constant_id = ID_HAS_POINTS) const bool HAS_POINTS = true;
 
 #include "view_ray.glsl"
+UNTEXTURED(20, writeonly)
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
@@ -88,6 +89,17 @@ bool meets_lamp(vec3 origin, vec3 direction, float limit, out vec3 seen) {
         }
     }
     return meets;
+}
+
+// Radiance of a sample, and its luminance with the mean colours of textures in place of their detail, W/m^2/sr.
+struct Seen {
+    vec3 radiance;
+    float untextured;
+};
+
+// Luminance of linear sRGB (IEC 61966-2-1).
+float luminance(vec3 rgb) {
+    return dot(rgb, vec3(0.2126, 0.7152, 0.0722));
 }
 
 // A pending ray.

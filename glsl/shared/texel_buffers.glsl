@@ -186,5 +186,5 @@ float last_of(uvec4 texel) {
     TEXELS(slot, texture_levels)                                                           \
     TextureLevel texture_level_at(uint index) {                                            \
         uvec4 a = TEXEL(texture_levels, 1, index, 0);                                      \
-        return TextureLevel(a.xy, a.zw);                                                   \
+        return TextureLevel(a.x, a.y, a.zw);                                               \
     }

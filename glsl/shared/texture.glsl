@@ -1,4 +1,4 @@
-// Textures of diffuse surfaces. The including shader declares TEXTURE_LEVELS and the sampler `textures`.
+// Textures of diffuse surfaces. The including shader declares TEXTURE_LEVELS and the buffer `textures`.
 
 // Whether the scene has textures. The compiler removes code that the scene does not need.
 layout(constant_id = ID_HAS_TEXTURES) const bool HAS_TEXTURES = true;
@@ -6,11 +6,31 @@ layout(constant_id = ID_HAS_TEXTURES) const bool HAS_TEXTURES = true;
 // Maximum number of samples along a footprint's longer axis.
 const int MAX_PROBES = 4;
 
-// Colour of a level at a place in repeats of the image, v upward.
+// Linear colour of a texel.
+vec3 colour_of_texel(uint texel) {
+    vec3 root = vec3(texel & 0x7ffu, texel >> 11 & 0x7ffu, texel >> 22) / vec3(2047.0, 2047.0, 1023.0);
+    return root * root;
+}
+
+// Mean colour of a texture: that of its last level, a single texel. `first` and `count` are its levels.
+vec3 mean_colour(uint first, uint count) {
+    return colour_of_texel(textures[texture_level_at(first + count - 1).first]);
+}
+
+// Colour of a level at a place in repeats of the image, v upward, bilinear. Not by a sampler, because that of lavapipe decodes sRGB
+// slowly, with polynomials for every texel.
 vec3 colour_of_level(uint index, vec2 uv) {
     TextureLevel level = texture_level_at(index);
-    vec2 texel = vec2(level.origin) + fract(vec2(uv.x, -uv.y)) * vec2(level.size);
-    return textureLod(textures, texel / vec2(textureSize(textures, 0)), 0.0).rgb;
+    vec2 at = fract(vec2(uv.x, -uv.y)) * vec2(level.size) - 0.5;
+    vec2 share = fract(at);
+    uvec2 high = uvec2(ivec2(floor(at)) + 1);
+    // The image repeats.
+    uvec2 low = mix(high, level.size, equal(high, uvec2(0))) - 1u;
+    high = mix(high, uvec2(0), greaterThanEqual(high, level.size));
+    uint below = level.first + low.y * level.size.x;
+    uint above = level.first + high.y * level.size.x;
+    return mix(mix(colour_of_texel(textures[below + low.x]), colour_of_texel(textures[below + high.x]), share.x),
+        mix(colour_of_texel(textures[above + low.x]), colour_of_texel(textures[above + high.x]), share.x), share.y);
 }
 
 // Approximates the linear mean of a texture over the parallelogram with the sides `across` and `up` around uv by samples along

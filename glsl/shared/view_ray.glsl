@@ -15,6 +15,18 @@ layout(push_constant) uniform ViewPush {
     uvec2 end;           // of the tile
 } push;
 
+// Luminances of a tile's pixels, W/m^2/sr, with the mean colours of textures in place of their detail. ELSEWHERE where a pixel
+// shows anything else than one mirror or interface.
+#define UNTEXTURED(slot, access) layout(std430, binding = slot) access buffer Untextured { float untextured[]; };
+const float ELSEWHERE = 0.0;
+const float LEAST_LUMINANCE = 1e-9;
+
+// Index of a pixel among those of the tile.
+uint index_in_tile(ivec2 pixel) {
+    ivec2 place = pixel - ivec2(push.tile);
+    return uint(place.y) * (push.end.x - push.tile.x) + uint(place.x);
+}
+
 // Unit direction through a place in the picture, pixels.
 vec3 direction_at(vec2 pixel) {
     vec2 p = pixel / push.size * 2.0 - 1.0;

@@ -28,10 +28,16 @@ void add(inout Ray waiting[MAX_WAITING], inout int count, Ray ray) {
     if (brightness(waiting[least]) < brightness(ray)) waiting[least] = ray;
 }
 
+// Adds the light on a surface with this albedo.
+void add_light(inout Seen sum, vec3 light, vec3 albedo, vec3 mean_albedo_) {
+    sum.radiance += light * albedo;
+    sum.untextured += luminance(light * mean_albedo_);
+}
+
 // Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known, as light of one wavelength
 // finds its way. `spread` is the angle of a sample, rad.
-vec3 traced_radiance(vec3 direction, uint first, float spread) {
-    vec3 sum = vec3(0.0);
+Seen traced(vec3 direction, uint first, float spread) {
+    Seen sum = Seen(vec3(0.0), 0.0);
     Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0), Cone(0.0, spread));
     Ray waiting[MAX_WAITING];
     int count = 0;
@@ -40,9 +46,9 @@ vec3 traced_radiance(vec3 direction, uint first, float spread) {
         bool ends = true;
         vec3 lamp;
         if (HAS_LAMPS && meets_lamp(ray.origin, ray.direction, hit.distance, lamp)) {
-            sum += ray.weight * lamp;
+            add_light(sum, ray.weight * lamp, vec3(1.0), vec3(1.0));
         } else if (hit.triangle == NO_TRIANGLE) {
-            sum += ray.weight * background(ray.direction, push.rotation, push.light_count);
+            add_light(sum, ray.weight * background(ray.direction, push.rotation, push.light_count), vec3(1.0), vec3(1.0));
         } else {
             Triangle triangle = triangle_at(hit.triangle);
             Object object = object_at(triangle.object);
@@ -54,7 +60,8 @@ vec3 traced_radiance(vec3 direction, uint first, float spread) {
                 if (front) {
                     vec3 absorption = filling(ray.media).absorption;
                     vec3 albedo = albedo_at(object, hit.triangle, triangle, w, ray.direction, abs(widened(ray.cone, hit.distance).width));
-                    sum += ray.weight * exp(-hit.distance * absorption) * albedo / PI * irradiance(triangle.object, hit.triangle, x, w);
+                    vec3 light = ray.weight * exp(-hit.distance * absorption) / PI * irradiance(triangle.object, hit.triangle, x, w);
+                    add_light(sum, light, albedo, mean_albedo(object, hit.triangle));
                 }
             } else if ((front || object.kind == DIELECTRIC) && ray.bounces < MAX_BOUNCES) {
                 uvec2 before, behind;
@@ -111,15 +118,17 @@ vec3 traced_radiance(vec3 direction, uint first, float spread) {
 }
 
 // The same, where media disperse light: each channel at the mean of its wavelengths.
-vec3 radiance(vec3 direction, uint first, float spread) {
-    vec3 sum = vec3(0.0);
+Seen seen_in(vec3 direction, uint first, float spread) {
+    Seen sum = Seen(vec3(0.0), 0.0);
     int channels = 1;
     if (DISPERSES) channels = 3;
     for (int channel = 0; channel < channels; channel++) {
         if (DISPERSES) spectral_offset = weights_below[channel].w;
-        vec3 found = traced_radiance(direction, first, spread);
-        if (DISPERSES) sum[channel] = found[channel];
-        else sum = found;
+        Seen found = traced(direction, first, spread);
+        if (DISPERSES) {
+            sum.radiance[channel] = found.radiance[channel];
+            sum.untextured += found.untextured / float(channels);
+        } else sum = found;
     }
     return sum;
 }

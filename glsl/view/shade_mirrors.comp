@@ -7,7 +7,7 @@
 
 // Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known. Light is looked up once,
 // where the last ray ends. `spread` is the angle of a sample, rad.
-vec3 radiance(vec3 direction, uint first, float spread) {
+Seen seen_in(vec3 direction, uint first, float spread) {
     Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0), Cone(0.0, spread));
     Hit hit = hit_on(first, push.eye, direction);
     Triangle triangle;
@@ -42,17 +42,20 @@ vec3 radiance(vec3 direction, uint first, float spread) {
         }
     }
     vec3 seen = vec3(0.0);
+    vec3 untextured_ = vec3(0.0);
     if (shows_lamp) {
-        seen = lamp;
+        seen = untextured_ = lamp;
     } else if (hit.triangle == NO_TRIANGLE) {
-        seen = background(ray.direction, push.rotation, push.light_count);
+        seen = untextured_ = background(ray.direction, push.rotation, push.light_count);
     } else if (is_lit && object.kind == DIFFUSE) {
         vec2 w = hit.barycentric;
         vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
         float width = abs(widened(ray.cone, hit.distance).width);
-        seen = albedo_at(object, hit.triangle, triangle, w, ray.direction, width) / PI * irradiance(triangle.object, hit.triangle, x, w);
+        vec3 light = irradiance(triangle.object, hit.triangle, x, w) / PI;
+        seen = albedo_at(object, hit.triangle, triangle, w, ray.direction, width) * light;
+        untextured_ = mean_albedo(object, hit.triangle) * light;
     }
-    return ray.weight * seen;
+    return Seen(ray.weight * seen, luminance(ray.weight * untextured_));
 }
 
 #include "shade_pixels.glsl"

@@ -35,7 +35,6 @@ pub struct Image {
 
 impl Image {
     pub const FORMAT: vk::Format = Texel::Light.format();
-    pub const COLOUR_FORMAT: vk::Format = Texel::Colour.format();
     pub const NUMBER_FORMAT: vk::Format = Texel::Number.format();
     pub const DEPTH_FORMAT: vk::Format = Texel::Depth.format();
 

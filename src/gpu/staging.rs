@@ -3,7 +3,7 @@
 use super::image::image_copy;
 use super::memory::Buffer;
 use super::texel::LIGHT_BYTES;
-use super::{Access, Context, Image, Recorder, Texel};
+use super::{Access, Context, Image, Recorder};
 use crate::error::Result;
 use ash::vk;
 use bytemuck::Pod;
@@ -116,33 +116,6 @@ impl Staging {
             from,
             to: to.handle,
             region: image_copy(level, [0, 0], [width, height]).buffer_offset(start),
-        });
-        Ok(())
-    }
-
-    /// Writes a rectangle of an image of [`super::Texel::Colour`], whose first texel is at `origin`.
-    ///
-    /// # Errors
-    /// [`crate::Error::Device`] where the device fails.
-    ///
-    /// # Panics
-    /// Where the rectangle has another number of texels or reaches beyond the image.
-    pub fn write_colours(
-        &mut self,
-        to: &Image,
-        origin: [u32; 2],
-        size: [u32; 2],
-        texels: &[[u8; 4]],
-    ) -> Result<()> {
-        assert_eq!(to.texel, Texel::Colour);
-        assert_eq!(texels.len() as u64, u64::from(size[0]) * u64::from(size[1]));
-        assert!(origin[0] + size[0] <= to.width && origin[1] + size[1] <= to.height);
-        let (from, start) = self.place(size_of_val(texels) as u64)?;
-        self.fill(start, bytemuck::cast_slice(texels));
-        self.copies.push(Copy::ToImage {
-            from,
-            to: to.handle,
-            region: image_copy(0, origin, size).buffer_offset(start),
         });
         Ok(())
     }

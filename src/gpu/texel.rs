@@ -7,8 +7,6 @@ use ash::vk;
 pub enum Texel {
     /// RGBA in f32: light.
     Light,
-    /// RGBA in sRGB bytes, sampled as linear values: colours of surfaces.
-    Colour,
     /// One u32, sampled without filtering.
     Number,
     /// Depth in f32, sampled without filtering.
@@ -19,7 +17,6 @@ impl Texel {
     pub(super) const fn format(self) -> vk::Format {
         match self {
             Self::Light => vk::Format::R32G32B32A32_SFLOAT,
-            Self::Colour => vk::Format::R8G8B8A8_SRGB,
             Self::Number => vk::Format::R32_UINT,
             Self::Depth => vk::Format::D32_SFLOAT,
         }
@@ -31,7 +28,6 @@ impl Texel {
             Self::Light => {
                 Usage::STORAGE | Usage::SAMPLED | Usage::TRANSFER_SRC | Usage::TRANSFER_DST
             }
-            Self::Colour => Usage::SAMPLED | Usage::TRANSFER_DST,
             Self::Number => Usage::COLOR_ATTACHMENT | Usage::SAMPLED,
             Self::Depth => Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
         }

@@ -306,7 +306,7 @@ impl DeviceScene {
                 Resource::Buffer(&self.textures.triangles),
             ),
             ("texture_levels", Resource::Buffer(&self.textures.levels)),
-            ("textures", Resource::Image(&self.textures.image)),
+            ("textures", Resource::Buffer(&self.textures.texels)),
         ]
     }
 

@@ -1,20 +1,18 @@
-//! Textures of diffuse surfaces on the device: all levels of all textures in one image, so that devices with few descriptors
-//! have them, too. Every level has a border of one texel, which repeats the opposite side.
+//! Textures of diffuse surfaces on the device: all levels of all textures in one buffer, so that devices with few descriptors
+//! have them, too.
 
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Image, Sampling, Staging, Texel};
+use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{TextureLevel, TexturedTriangle};
-use crate::render::receivers::light_maps::pack_tiles;
 use crate::scene::{self, Scene};
+use crate::srgb::decode;
 use glam::{DVec2, UVec2};
-use std::sync::Arc;
-
-/// Texels around a level.
-const BORDER: u32 = 1;
+use std::sync::{Arc, LazyLock};
 
 pub struct DeviceTextures {
-    pub image: Image,
+    /// See [`packed`].
+    pub texels: Buffer,
     /// Mipmap levels of all textures, one texture after the other.
     pub levels: Buffer,
     /// One for each triangle.
@@ -34,32 +32,29 @@ impl DeviceTextures {
         let is_present = (scene.objects.iter()).any(|object| map_of(scene, object).is_some());
         let textures = if is_present { &scene.textures[..] } else { &[] };
         let levels: Vec<_> = textures.iter().flat_map(|of| &of.levels).collect();
-        let padded = |level: &&scene::TextureLevel| {
-            [level.width, level.height].map(|side| side + 2 * BORDER)
-        };
-        let sizes: Vec<[u32; 2]> = levels.iter().map(padded).collect();
-        let most = context.max_image_side();
-        if let Some(large) = sizes.iter().find(|size| size[0].max(size[1]) > most) {
-            let [width, height] = large.map(|side| side - 2 * BORDER);
+        let texel_count: u64 = levels.iter().map(|of| of.texels.len() as u64).sum();
+        let bytes = 4 * texel_count.max(1);
+        if bytes > context.max_storage_bytes() {
             return Err(Error::Usage {
                 reason: format!(
-                    "an albedo map has {width}×{height} pixels, and the device allows {} a side",
-                    most - 2 * BORDER
+                    "the albedo maps with their mipmaps take {bytes} bytes, and the device allows {}",
+                    context.max_storage_bytes()
                 ),
-                remedy: "scale the image down, or choose another device".into(),
+                remedy: "scale the images down, or choose another device".into(),
             });
         }
-        let (origins, size) = pack_tiles(&sizes, most, "albedo maps with their mipmaps")?;
-        let size = size.map(|side| side.max(1));
-        let image = Image::of_texels(context, "textures", size, 1, Sampling::Clamp, Texel::Colour)?;
-        staging.prepare(&image);
+        let texels = Buffer::new(context, "textures", bytes)?;
         let mut table = Vec::new();
-        for ((level, &origin), &size) in levels.iter().zip(&origins).zip(&sizes) {
-            staging.write_colours(&image, origin, size, &with_border(level))?;
+        let mut first = 0;
+        for level in levels {
+            let packed: Vec<u32> = level.texels.iter().map(|&texel| packed(texel)).collect();
+            staging.write(&texels, first as usize, &packed)?;
             table.push(TextureLevel {
-                origin: UVec2::from(origin) + BORDER,
+                first,
                 size: UVec2::new(level.width, level.height),
+                ..Default::default()
             });
+            first += packed.len() as u32;
         }
         let mut first_levels = Vec::new();
         let mut count = 0;
@@ -83,7 +78,7 @@ impl DeviceTextures {
                 triangle_count,
                 size_of::<TexturedTriangle>(),
             )?,
-            image,
+            texels,
             is_present,
             first_levels,
         };
@@ -127,7 +122,7 @@ impl DeviceTextures {
 
     /// Bytes of device memory.
     pub fn bytes(&self) -> u64 {
-        self.image.bytes() + self.levels.bytes() + self.triangles.bytes()
+        self.texels.bytes() + self.levels.bytes() + self.triangles.bytes()
     }
 }
 
@@ -147,33 +142,35 @@ fn in_repeats(corners: &[DVec2; 3], uv_scale: DVec2) -> [DVec2; 3] {
     corners.map(|uv| uv - whole)
 }
 
-/// The texels of a level and of its border.
-fn with_border(level: &scene::TextureLevel) -> Vec<[u8; 4]> {
-    let [width, height] = [level.width, level.height].map(|side| side as usize);
-    let repeated = |at: usize, side: usize| (at + side - BORDER as usize) % side;
-    let columns: Vec<usize> = (0..width + 2).map(|at| repeated(at, width)).collect();
-    (0..height + 2)
-        .flat_map(|at| {
-            let row = &level.texels[repeated(at, height) * width..][..width];
-            columns.iter().map(|&column| row[column])
-        })
-        .collect()
+/// Roots of the linear values of sRGB bytes, 0..=1.
+static ROOTS: LazyLock<[f64; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| decode(byte as u8).sqrt()));
+
+/// The roots of the linear red, green and blue, in 11, 11 and 10 bits: finer than the bytes, and fast to decode.
+fn packed([red, green, blue, _]: [u8; 4]) -> u32 {
+    let bits = |byte: u8, most: f64| (most * ROOTS[usize::from(byte)]).round() as u32;
+    bits(red, 2047.0) | bits(green, 2047.0) << 11 | bits(blue, 1023.0) << 22
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Linear values are less than a third of a step of the sRGB bytes off.
     #[test]
-    fn borders_repeat_the_opposite_sides() {
-        let texel = |value: u8| [value, 0, 0, 255];
-        let level = scene::TextureLevel {
-            width: 3,
-            height: 1,
-            texels: [1, 2, 3].map(texel).to_vec(),
-        };
-        let row = [3, 1, 2, 3, 1].map(texel);
-        assert_eq!(with_border(&level), [row, row, row].concat());
+    fn packed_colours_are_close() {
+        for byte in 0..=255u8 {
+            let texel = packed([byte, byte, byte, 255]);
+            let step = decode(byte.saturating_add(1)) - decode(byte.saturating_sub(1));
+            for (bits, most) in [(texel & 0x7ff, 2047.0), (texel >> 22, 1023.0)] {
+                let linear = (f64::from(bits) / most).powi(2);
+                assert!(
+                    (linear - decode(byte)).abs() < step / 3.0,
+                    "{byte} {linear}"
+                );
+            }
+        }
+        assert_eq!(packed([255; 4]), u32::MAX);
     }
 
     #[test]

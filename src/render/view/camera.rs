@@ -3,7 +3,8 @@
 
 use crate::error::Result;
 use crate::gpu::{
-    BoundPipeline, Context, Image, Recorder, Resource, Sampling, Shader, Texel, Topology, shaders,
+    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, Shader, Texel, Topology,
+    shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
@@ -36,6 +37,8 @@ pub struct View {
     depth: Image,
     /// Triangles at the samples of a tile of the picture, and their depth.
     samples: [Image; 2],
+    /// Luminance of the pixels of a tile that show one mirror or interface, without the detail of textures.
+    pub untextured: Buffer,
     /// Pixels of a tile that show one mirror or interface, and those that show several surfaces.
     pub pixels: WorkList,
     /// Width and height of the largest tile, pixels.
@@ -70,6 +73,7 @@ impl View {
             of_texels("view samples' depth", sides, Texel::Depth)?,
         ];
         let capacity = u64::from(tile[0]) * u64::from(tile[1]);
+        let untextured = Buffer::new(context, "untextured", 4 * capacity)?;
         // A pixel of the first list may be in the second one, too.
         let pixels = WorkList::new(context, scene, 2 * capacity, 4, SPLAT_GROUP)?;
         let maps = [
@@ -79,6 +83,7 @@ impl View {
         let visible = ("visible", Resource::Image(&samples[0]));
         let visible_depth = ("visible_depth", Resource::Image(&samples[1]));
         let view = ("view", Resource::Image(&image));
+        let without_textures = ("untextured", Resource::Buffer(&untextured));
         let list = pixels.resources("pixels");
         let draw = |shaders: [&'static Shader; 2], topology, own: &[_]| {
             scene.graphics(context, shaders, topology, own)
@@ -109,7 +114,7 @@ impl View {
             contrast: scene.compute(
                 context,
                 &shaders::CONTRAST_COMP,
-                &[&[view][..], &list].concat(),
+                &[&[without_textures][..], &list].concat(),
             )?,
             shade: scene.compute(
                 context,
@@ -117,11 +122,12 @@ impl View {
                     1 => &shaders::SHADE_MIRRORS_COMP,
                     _ => &shaders::SHADE_COMP,
                 },
-                &[&maps[..], &[visible, view], &list].concat(),
+                &[&maps[..], &[visible, view, without_textures], &list].concat(),
             )?,
             image,
             depth,
             samples,
+            untextured,
             pixels,
             tile,
             side,
@@ -140,7 +146,7 @@ impl View {
     /// Bytes of device memory.
     pub fn bytes(&self) -> u64 {
         let images = (self.samples.iter()).chain([&self.image, &self.depth]);
-        images.map(Image::bytes).sum::<u64>() + self.pixels.bytes()
+        images.map(Image::bytes).sum::<u64>() + self.untextured.bytes() + self.pixels.bytes()
     }
 
     /// The tiles of the picture, which are rendered one after the other in the same memory.

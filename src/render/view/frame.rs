@@ -8,7 +8,7 @@
 //! ```
 
 use crate::error::Result;
-use crate::gpu::{Access, Recorder};
+use crate::gpu::{Access, Buffer, Recorder};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{GroupRect, first_groups, group_count};
 use crate::render::frame::{LIGHT_MAP_WRITE, dilate_meshes};
@@ -32,7 +32,7 @@ pub fn environment_light(
     scene: &DeviceScene,
     direct: &Direct,
 ) -> Result<()> {
-    clear_lists(recorder, &[&direct.sharp_texels])?;
+    clear(recorder, &[&direct.sharp_texels.counts])?;
     let [first, first_sharp] = Direct::environment_rays().map(first_groups);
     let rects = || scene.surfaces.tiles.iter().filter(|tile| tile.is_rect());
     for tile in rects() {
@@ -85,7 +85,7 @@ pub fn direct_light(
     dilate: Option<&Dilate>,
 ) -> Result<()> {
     let tiles = &scene.surfaces.tiles;
-    clear_lists(recorder, &[&direct.blocks, &direct.texels])?;
+    clear(recorder, &[&direct.blocks.counts, &direct.texels.counts])?;
     let first = first_groups(Direct::rays(scene));
     if scene.lights.scene_count > 0 {
         let blocks = scene.surfaces.block_count;
@@ -152,7 +152,7 @@ pub fn view(
 ) -> Result<()> {
     const MAPS: Access = LIGHT_MAP_WRITE.and(Access::COMPUTE_READ);
     for tile in view.tiles() {
-        clear_lists(recorder, &[&view.pixels])?;
+        clear(recorder, &[&view.pixels.counts, &view.untextured])?;
         recorder.pass("draw surfaces", |r| {
             // The tile before this one is shaded from the same images.
             r.barrier(
@@ -195,14 +195,14 @@ pub fn view(
     Ok(())
 }
 
-/// Empties work lists.
-fn clear_lists(recorder: &mut Recorder, lists: &[&WorkList]) -> Result<()> {
+/// Clears the counts of work lists and other buffers.
+fn clear(recorder: &mut Recorder, buffers: &[&Buffer]) -> Result<()> {
     recorder.pass("clear work lists", |r| {
         r.barrier(
             Access::COMPUTE.and(Access::INDIRECT_READ),
             Access::TRANSFER_WRITE,
         );
-        lists.iter().for_each(|list| r.zero(&list.counts));
+        buffers.iter().for_each(|buffer| r.zero(buffer));
         r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
     })
 }
