@@ -10,7 +10,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
-use nephroid::measure::{PassProfile, Spread, profile};
+use nephroid::measure::{PassProfile, Spread, choose_light_maps, profile};
 use nephroid::render::{Area, Method, Renderer, Settings, ViewMemory};
 use nephroid::scene::{Animation, LightKind, Scene};
 use nephroid::{Error, Result};
@@ -162,6 +162,8 @@ pub struct Session {
     pub scene: Scene,
     animation: Animation,
     lightmap: Option<LightMapSize>,
+    /// The light maps whose sizes were chosen.
+    chosen: Vec<ChosenLightMap>,
 }
 
 /// The scene at a time, with light maps of the size asked for.
@@ -248,6 +250,16 @@ pub struct Report {
     pub frames: Option<Vec<FrameReport>>,
 }
 
+/// A light map whose size the scene file leaves to the renderer.
+#[derive(Serialize, Clone)]
+pub struct ChosenLightMap {
+    pub object: String,
+    /// Width and height.
+    pub texels: [u32; 2],
+    /// Estimated relative L1 difference between the map, interpolated, and the caustic.
+    pub unresolved: f64,
+}
+
 #[derive(Serialize)]
 pub struct FrameReport {
     #[serde(serialize_with = "lossy")]
@@ -271,6 +283,9 @@ pub struct CausticReport {
     pub estimated_error: Option<f32>,
     /// Whether there may be light that met several mirrors or interfaces, which the estimate leaves out.
     pub may_chain: bool,
+    /// Light maps with `lightmap = "auto"`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub chosen_light_maps: Vec<ChosenLightMap>,
     /// Whether the environment casts caustics, as its scene file says; absent without an environment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_caustics: Option<bool>,
@@ -294,8 +309,7 @@ impl GpuOptions {
                 remedy: "give --samples, or leave out --method".into(),
             });
         }
-        let animation = load_scene(path)?.animation;
-        let scene = scene_at(&animation, time, self.lightmap);
+        let mut animation = load_scene(path)?.animation;
         let options = ContextOptions {
             device: self.device.clone(),
             validate: self.validate,
@@ -314,6 +328,20 @@ impl GpuOptions {
             area: self.area,
             ..Settings::default()
         };
+        let auto = animation.auto_light_maps().to_vec();
+        let mut chosen = Vec::new();
+        if self.lightmap.is_none() && !auto.is_empty() {
+            let scene = animation.at(time);
+            for size in choose_light_maps(&context, &scene, &auto, &settings)? {
+                animation.set_light_map(size.object, size.texels);
+                chosen.push(ChosenLightMap {
+                    object: scene.objects[size.object].name.clone(),
+                    texels: size.texels,
+                    unresolved: size.unresolved,
+                });
+            }
+        }
+        let scene = scene_at(&animation, time, self.lightmap);
         let renderer = Renderer::new(&context, &scene, &settings)?;
         Ok(Session {
             renderer,
@@ -322,6 +350,7 @@ impl GpuOptions {
             scene,
             animation,
             lightmap: self.lightmap,
+            chosen,
         })
     }
 
@@ -442,7 +471,10 @@ impl GpuOptions {
     fn caustic_report(
         &self,
         Session {
-            renderer, scene, ..
+            renderer,
+            scene,
+            chosen,
+            ..
         }: &Session,
         job: &impl Job,
     ) -> Result<Option<CausticReport>> {
@@ -455,6 +487,7 @@ impl GpuOptions {
             lit: renderer.lit_patches()?,
             estimated_error: renderer.estimated_error()?,
             may_chain: renderer.may_chain(),
+            chosen_light_maps: chosen.clone(),
             environment_caustics: (scene.lights.iter())
                 .find(|light| matches!(light.kind, LightKind::Environment { .. }))
                 .map(|light| light.kind.casts_caustics()),
@@ -589,6 +622,13 @@ impl Report {
                     false => "",
                 };
                 lines.push(format!("estimated error  {:.1} %{of}", 100.0 * error));
+            }
+            for map in &caustic.chosen_light_maps {
+                let ([width, height], name) = (map.texels, map.object.escape_debug());
+                let error = 100.0 * map.unresolved;
+                lines.push(format!(
+                    "light map  {name}, {width}×{height} texels, which leave {error:.1} % unresolved"
+                ));
             }
             if caustic.environment_caustics == Some(false) {
                 lines.push("environment  without caustics, as the scene file says".into());

@@ -13,6 +13,7 @@ pub struct Animation {
     pub(super) lights: Vec<Keyframes<Light>>,
     pub(super) materials: Vec<Material>,
     pub(super) objects: Vec<MovingObject>,
+    pub(super) auto_light_maps: Vec<usize>,
     pub(super) max_interfaces: u32,
     pub(super) textures: Vec<Arc<Texture>>,
 }
@@ -30,6 +31,17 @@ impl Animation {
             max_interfaces: self.max_interfaces,
             textures: self.textures.clone(),
         }
+    }
+
+    /// The objects with `lightmap = "auto"`, whose light maps have a nominal size until [`Self::set_light_map`].
+    pub fn auto_light_maps(&self) -> &[usize] {
+        &self.auto_light_maps
+    }
+
+    /// Sets the size of the light map of an object that has one, texels.
+    pub fn set_light_map(&mut self, object: usize, size: [u32; 2]) {
+        let light_map = &mut self.objects[object].object.light_map;
+        *light_map = light_map.map(|_| size);
     }
 
     /// Time after which nothing changes, s: 0 for a scene that stands still. `None` where waves travel without an end.

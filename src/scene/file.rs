@@ -2,7 +2,9 @@
 
 use crate::error::{Error, Result};
 use glam::DVec3;
-use serde::Deserialize;
+use serde::de::{self, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::fmt;
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 use toml::{Spanned, Value};
@@ -117,9 +119,46 @@ pub struct ObjectEntry {
     pub rect: Option<Spanned<RectEntry>>,
     pub waves: Option<Spanned<WavesEntry>>,
     pub material: Option<Spanned<String>>,
-    pub lightmap: Option<Spanned<[i64; 2]>>,
+    pub lightmap: Option<Spanned<LightMapEntry>>,
     pub blocks_light: Option<bool>,
     pub motion: Option<Spanned<MotionEntry>>,
+}
+
+/// `[width, height]` or `"auto"`.
+pub enum LightMapEntry {
+    Texels([i64; 2]),
+    Auto,
+}
+
+impl<'de> Deserialize<'de> for LightMapEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Entry;
+
+        impl<'de> Visitor<'de> for Entry {
+            type Value = LightMapEntry;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str("`[width, height]` or `\"auto\"`")
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> std::result::Result<LightMapEntry, E> {
+                match text {
+                    "auto" => Ok(LightMapEntry::Auto),
+                    _ => Err(E::invalid_value(de::Unexpected::Str(text), &self)),
+                }
+            }
+
+            fn visit_seq<A: de::SeqAccess<'de>>(
+                self,
+                sides: A,
+            ) -> std::result::Result<LightMapEntry, A::Error> {
+                let sides = de::value::SeqAccessDeserializer::new(sides);
+                Deserialize::deserialize(sides).map(LightMapEntry::Texels)
+            }
+        }
+
+        deserializer.deserialize_any(Entry)
+    }
 }
 
 /// A folder of meshes.

@@ -14,7 +14,7 @@
 //! | `[[material]]` of `kind = "conductor"` | `name`, `metal` (one of [`METALS`]), or `index` and `extinction` |
 //! | `[[material]]` of `kind = "dielectric"` | `name`, `ior` (of what is behind the front, relative to air: a number, one of [`GLASSES`](super::GLASSES), three numbers for 650, 550 and 450 nm, `{ cauchy = [A, B, C] }`, or `{ sellmeier = [[b, c], …] }`, with λ in µm), `dispersion` (whether the index depends on the wavelength; true for the last three, else false), `absorption` (0, 1/m), `priority` (0: where bodies overlap, the highest is there), `thin` (false: a sheet without thickness) |
 //! | `[[material]]` of `kind = "diffuse"` | `name`, `albedo` (white where there is a map), `albedo_map` (.png or .jpg in sRGB, whose colours are factors on `albedo`), `uv_scale` (\[1, 1\]: how often the map repeats within a unit of texture coordinates) |
-//! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` (of a diffuse rect or mesh), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
+//! | `[[object]]` | `name`, `mesh` (.obj), `frames = { folder, fps }` (.obj files, 24 a second), `rect = { origin, edge_u, edge_v }` or `waves = { origin, edge_u, edge_v, quads, sines }`, `material`, `lightmap = [width, height]` or `"auto"` (of a diffuse rect or mesh), `blocks_light` (true), `motion = { pivot, axis, keyframes }` |
 //!
 //! The camera and lights may have `keyframes`, a list of tables with `time` (s) and of the camera's
 //! keys any, of a sun's `direction` and `irradiance`, of a lamp's `position` and `flux`, of
@@ -44,8 +44,8 @@ use super::animation::{MeshFrames, Motion, MovingObject};
 use super::asset::AssetRoot;
 use super::atlas::Atlas;
 use super::file::{
-    CameraEntry, FramesEntry, LightEntry, METRES, MaterialEntry, ObjectEntry, Section, SineEntry,
-    Source, Triple, WavesEntry,
+    CameraEntry, FramesEntry, LightEntry, LightMapEntry, METRES, MaterialEntry, ObjectEntry,
+    Section, SineEntry, Source, Triple, WavesEntry,
 };
 pub use super::materials::METALS;
 use super::materials::{self, Textures};
@@ -66,6 +66,8 @@ use toml::Spanned;
 
 /// Bytes of a scene file.
 const MAX_BYTES: u64 = 16 << 20;
+/// Longer side of a light map of the size "auto" before its size is chosen, texels.
+const NOMINAL_SIDE: u32 = 256;
 /// Quads of waves along a side, and in all.
 const MAX_QUADS: i64 = 4096;
 const MAX_ALL_QUADS: i64 = 1 << 22;
@@ -115,6 +117,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
         names: HashSet::new(),
         materials: Vec::new(),
         objects: Vec::new(),
+        auto_light_maps: Vec::new(),
         environments: HashMap::new(),
         textures: Textures::default(),
         warnings: Vec::new(),
@@ -150,6 +153,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
         lights,
         materials: std::mem::take(&mut loader.materials),
         objects: std::mem::take(&mut loader.objects),
+        auto_light_maps: std::mem::take(&mut loader.auto_light_maps),
         max_interfaces,
         textures: std::mem::take(&mut loader.textures).all,
     };
@@ -186,6 +190,7 @@ struct Loader<'a> {
     names: HashSet<(&'static str, String)>,
     materials: Vec<Material>,
     objects: Vec<MovingObject>,
+    auto_light_maps: Vec<usize>,
     /// Read so far: keyframes of a light share its image.
     environments: HashMap<PathBuf, Arc<EnvironmentMap>>,
     textures: Textures,
@@ -380,13 +385,26 @@ impl<'a> Loader<'a> {
     }
 
     fn object(&mut self, entry: &ObjectEntry) -> Result<()> {
+        let first = self.objects.len();
+        self.shape(entry)?;
+        if let Some(LightMapEntry::Auto) = entry.lightmap.as_ref().map(Spanned::get_ref) {
+            let has_map = |&index: &usize| self.objects[index].object.light_map.is_some();
+            self.auto_light_maps
+                .extend((first..self.objects.len()).filter(has_map));
+        }
+        Ok(())
+    }
+
+    fn shape(&mut self, entry: &ObjectEntry) -> Result<()> {
         let section = self.section("object", &entry.name)?;
         let material = (entry.material.as_ref())
             .map(|name| self.material_index(&section, name))
             .transpose()?;
-        let light_map = (entry.lightmap.as_ref())
+        let mut light_map = (entry.lightmap.as_ref())
             .map(|texels| self.light_map(&section, entry, texels, material))
             .transpose()?;
+        let is_auto = (entry.lightmap.as_ref())
+            .is_some_and(|texels| matches!(texels.get_ref(), LightMapEntry::Auto));
         let motion = (entry.motion.as_ref())
             .map(|motion| keyframes::motion(&section, motion))
             .transpose()?;
@@ -404,7 +422,11 @@ impl<'a> Loader<'a> {
             (None, None, Some(entry), None) => {
                 let keys = entry.get_ref();
                 let edges = [&keys.origin, &keys.edge_u, &keys.edge_v];
-                Geometry::Rect(rect(&section, entry.span(), edges)?)
+                let rect = rect(&section, entry.span(), edges)?;
+                if is_auto {
+                    light_map = Some(nominal_size(&rect));
+                }
+                Geometry::Rect(rect)
             }
             (None, None, None, Some(entry)) => {
                 let waves = waves(&section, entry)?;
@@ -607,7 +629,7 @@ impl<'a> Loader<'a> {
         &self,
         section: &Section,
         entry: &ObjectEntry,
-        texels: &Spanned<[i64; 2]>,
+        texels: &Spanned<LightMapEntry>,
         material: Option<usize>,
     ) -> Result<[u32; 2]> {
         let error = |reason: &str, remedy: &str| Err(section.error(texels.span(), reason, remedy));
@@ -622,7 +644,10 @@ impl<'a> Loader<'a> {
                 remedy,
             );
         }
-        match texels.get_ref().map(light_map_side) {
+        let LightMapEntry::Texels(sides) = texels.get_ref() else {
+            return Ok([NOMINAL_SIDE; 2]);
+        };
+        match sides.map(light_map_side) {
             [Ok(width), Ok(height)] => Ok([width, height]),
             [Err(reason), _] | [_, Err(reason)] => error(&reason, "correct the size"),
         }
@@ -783,6 +808,13 @@ fn rect(
         edge_u,
         edge_v,
     })
+}
+
+/// The size of a light map before one is chosen: square texels.
+fn nominal_size(rect: &Rect) -> [u32; 2] {
+    let edges = [rect.edge_u, rect.edge_v].map(DVec3::length);
+    let longer = edges[0].max(edges[1]);
+    edges.map(|edge| ((f64::from(NOMINAL_SIDE) * edge / longer).round() as u32).max(1))
 }
 
 fn span<T>(value: &Option<Spanned<T>>) -> Range<usize> {

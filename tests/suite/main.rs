@@ -27,6 +27,7 @@ mod error_target;
 mod gpu;
 mod grazing;
 mod lamp;
+mod light_map_sizes;
 mod mesh_input;
 mod mesh_receivers;
 mod motion;
