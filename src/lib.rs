@@ -88,6 +88,7 @@
 //! `bundled-shaderc` compiles the shaders where no `glslc` is installed.
 
 pub mod error;
+pub mod flux_balance;
 pub mod gpu;
 pub mod image_file;
 mod input;

@@ -40,6 +40,8 @@ uint refinements_of(ChainLattice lattice, float all, float landed_rays) {
         share += ray.flux / max(max(landed[ray.receiver % SPLAT_GROUP], DIM_RECEIVER * all), 1e-30);
         landings += 1.0;
     }
+    // The light of a single surface is part of the balance of flux.
+    if (COUNTS_FLUX && !chains) return 0;
     if (!chains) return NONE;
     if (landings == 0.0) {
         // Up to about one more ray may land.

@@ -222,12 +222,27 @@ impl DeviceScene {
             let named = shader.bindings.iter().any(|binding| binding.name == *name);
             assert!(named, "{} has no {name}", shader.name);
         }
-        let shared = self.resources();
-        BoundPipeline::compute(context, shader, self.constants(), &[own, &shared].concat())
+        self.compute_with(self.constants(), context, shader, own)
+    }
+
+    /// The same with other specialisation constants.
+    pub fn compute_with(
+        &self,
+        constants: Constants,
+        context: &Arc<Context>,
+        shader: &'static Shader,
+        own: &[(&'static str, Resource)],
+    ) -> Result<BoundPipeline> {
+        BoundPipeline::compute(
+            context,
+            shader,
+            constants,
+            &[own, &self.resources()].concat(),
+        )
     }
 
     /// What the scene has, as specialisation constants.
-    fn constants(&self) -> Constants {
+    pub fn constants(&self) -> Constants {
         let only_mirrors = self.casters.lobes == 1;
         let Settings { method, area, .. } = self.settings;
         let area_by_product = method == Method::Beams && area == Area::Product;
