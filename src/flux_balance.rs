@@ -49,15 +49,15 @@ pub struct CutOff {
 }
 
 impl CutOff {
-    /// The entries with their names.
+    /// What is cut off, in words for a report, with its flux, W.
     pub fn entries(&self) -> [(&'static str, Flux); 6] {
         [
-            ("faint", self.faint),
-            ("weak", self.weak),
-            ("interfaces", self.interfaces),
-            ("room", self.room),
-            ("normals", self.normals),
-            ("meshes", self.meshes),
+            ("faint lobes", self.faint),
+            ("weak lobes", self.weak),
+            ("further interfaces", self.interfaces),
+            ("no room in the buffers", self.room),
+            ("interpolated normals", self.normals),
+            ("mesh receivers", self.meshes),
         ]
     }
 

@@ -243,7 +243,6 @@ impl DeviceScene {
 
     /// What the scene has, as specialisation constants.
     pub fn constants(&self) -> Constants {
-        let only_mirrors = self.casters.lobes == 1;
         let Settings { method, area, .. } = self.settings;
         let area_by_product = method == Method::Beams && area == Area::Product;
         let has =
@@ -251,7 +250,7 @@ impl DeviceScene {
         let has_lamps = has(|kind| matches!(kind, LightKind::Lamp { .. }));
         let mut constants = Constants::default();
         for (id, value) in [
-            (ID_ONLY_MIRRORS, only_mirrors),
+            (ID_ONLY_MIRRORS, self.casters.lobes == 1),
             (ID_AREA_BY_PRODUCT, area_by_product),
             (ID_BEAMS, method == Method::Beams),
             (ID_HAS_LAMPS, has_lamps),
