@@ -64,6 +64,9 @@
 //! [`render::Renderer::record`] records a frame into a command buffer of a host application (`docs/embedding.md`). The
 //! blocking calls, such as [`render::Renderer::caustic`], record the same passes and submit them.
 //!
+//! [`flux_balance`] says where the light of chains ends, and how much is cut off: [`render::Renderer::flux_balance`] counts it on
+//! request, and [`reference::flux_balance`] estimates it.
+//!
 //! [`tone_map`] turns linear radiance into sRGB bytes, [`image_file`] reads and writes EXR and PNG files, and
 //! [`output`] writes files whole or not at all.
 //!
@@ -88,6 +91,7 @@
 //! `bundled-shaderc` compiles the shaders where no `glslc` is installed.
 
 pub mod error;
+pub mod flux_balance;
 pub mod gpu;
 pub mod image_file;
 mod input;

@@ -19,6 +19,7 @@ layout(std430, binding = 12) writeonly buffer Footprints { Footprint footprints[
 layout(std430, binding = 13) buffer Coarse { uint coarse[]; };
 layout(std430, binding = 14) readonly buffer Profiles { Profile profiles[]; };
 layout(std430, binding = 15) readonly buffer Spectrum { vec4 weights_below[]; };
+layout(std430, binding = 16) buffer FluxSums { uint flux_sums[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -34,6 +35,7 @@ layout(std430, binding = 15) readonly buffer Spectrum { vec4 weights_below[]; };
 #include "chain_changes.glsl"
 #include "spectrum.glsl"
 #include "chain_footprint.glsl"
+#include "chain_flux.glsl"
 
 void main() {
     uint index = thread_index();
@@ -52,7 +54,11 @@ void main() {
         lobes_of(path, at, lobes);
         Transfer transfer = transfer_to(path, hit, at);
         for (int i = 0; i < 2; i++) {
-            if (!lobes[i].is_followed || place.x >= push.path_capacity) continue;
+            if (!lobes[i].is_followed) continue;
+            if (place.x >= push.path_capacity) {
+                if (COUNTS_FLUX) count_flux(FLUX_CUT_ROOM, colour_of(path) * lobes[i].flux);
+                continue;
+            }
             next_paths[place.x++] = next_path(path, hit, at, transfer, lobes[i], i == 1);
         }
     }
@@ -60,14 +66,18 @@ void main() {
         for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
             PlanarReceiver planar = planar_receiver_at(receiver);
             Landing landing;
-            if (place.y >= last || !land(path, hit, planar, receiver, landing)) continue;
+            // Light without room is counted, too.
+            bool is_needed = place.y < last || COUNTS_FLUX;
+            if (!is_needed || !land(path, hit, planar, receiver, landing)) continue;
             uint parts = parts_of(landing);
-            for (uint part = 0; part < parts && place.y < last; part++) {
+            uint part = 0;
+            for (; part < parts && place.y < last; part++) {
                 Landing of_part = landing;
                 vec3 flux = flux_after(path, landing.distance_);
                 choose_part(of_part, flux, part, parts);
                 footprints[place.y++] = footprint_of(of_part, flux, planar, receiver);
             }
+            if (COUNTS_FLUX && part < parts) count_no_room(path, hit, receiver, part, parts);
         }
     }
     // Rounding may have made more footprints when they were counted. Those that are left have no extent.

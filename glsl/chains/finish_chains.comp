@@ -17,6 +17,7 @@ layout(std430, binding = 9) writeonly buffer Footprints { Footprint footprints[]
 layout(std430, binding = 10) buffer Coarse { uint coarse[]; };
 layout(std430, binding = 11) readonly buffer Profiles { Profile profiles[]; };
 layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
+layout(std430, binding = 13) buffer FluxSums { uint flux_sums[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -34,6 +35,7 @@ layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
 #include "chain_changes.glsl"
 #include "spectrum.glsl"
 #include "chain_footprint.glsl"
+#include "chain_flux.glsl"
 
 // The first receiver that the path's light lands on, with light of one part of the spectrum, chosen by a number from 0 to 1.
 bool finish(ChainPath path, ChainHit hit, float number, inout Footprint footprint) {
@@ -54,18 +56,29 @@ void main() {
     uint index = thread_index();
     if (index >= waves[UNITS_WORD]) return;
     uint place = waves[FOOTPRINTS_WORD] + index;
-    if (place >= push.splat_capacity) return;
+    if (place >= push.splat_capacity) {
+        if (COUNTS_FLUX) count_lost(path_at(index));
+        return;
+    }
     ChainPath path = path_at(index);
     trace_band(path);
     Footprint footprint = no_footprint();
     for (;;) {
         ChainHit hit = hit_of(path);
         Interaction at;
-        if (interfaces_of(path) > 1 && finish(path, hit, choice(index, interfaces_of(path)), footprint)) break;
-        if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) break;
+        bool lands = interfaces_of(path) > 1 && finish(path, hit, choice(index, interfaces_of(path)), footprint);
+        if (lands || interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) {
+            if (COUNTS_FLUX) count_end(path, hit);
+            break;
+        }
         Lobe lobe;
         bool refracts;
-        if (!choose_lobe(path, at, choice(index, interfaces_of(path)), lobe, refracts)) break;
+        bool goes_on = choose_lobe(path, at, choice(index, interfaces_of(path)), lobe, refracts);
+        if (COUNTS_FLUX) {
+            count_surface(path, at);
+            if (!goes_on) count_flux(lobe.end, colour_of(path) * lobe.flux);
+        }
+        if (!goes_on) break;
         path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
     }
     footprints[place] = footprint;

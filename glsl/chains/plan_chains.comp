@@ -25,6 +25,8 @@ const uint NONE = 0xffffffffu;
 shared float landed[SPLAT_GROUP];
 // Number of rays that land.
 shared float landings_on[SPLAT_GROUP];
+// What each thread found of them for one receiver.
+shared vec2 found[SPLAT_GROUP];
 
 // How often a lattice is refined.
 uint refinements_of(ChainLattice lattice, float all, float landed_rays) {
@@ -40,6 +42,8 @@ uint refinements_of(ChainLattice lattice, float all, float landed_rays) {
         share += ray.flux / max(max(landed[ray.receiver % SPLAT_GROUP], DIM_RECEIVER * all), 1e-30);
         landings += 1.0;
     }
+    // The light of a single surface is part of the balance of flux.
+    if (COUNTS_FLUX && !chains) return 0;
     if (!chains) return NONE;
     if (landings == 0.0) {
         // Up to about one more ray may land.
@@ -74,15 +78,23 @@ uint ray_count(uint fewer) {
 void main() {
     uint own = gl_LocalInvocationIndex;
     landed[own] = landings_on[own] = 0.0;
-    if (own < push.receiver_count) {
-        for (uint i = 0; i < push.pilot_count; i++) {
+    // All threads share the rays: lavapipe ends a shader's loops after 65535 iterations in all, without a message.
+    for (uint receiver = 0; receiver < min(push.receiver_count, SPLAT_GROUP); receiver++) {
+        vec2 sum = vec2(0.0);
+        for (uint i = own; i < push.pilot_count; i += SPLAT_GROUP) {
             PilotRay ray = pilot_ray_at(i);
-            if (ray.flux == 0.0 || ray.receiver % SPLAT_GROUP != own) continue;
-            landed[own] += ray.flux;
-            landings_on[own] += 1.0;
+            if (ray.flux != 0.0 && ray.receiver % SPLAT_GROUP == receiver) sum += vec2(ray.flux, 1.0);
         }
+        found[own] = sum;
+        barrier();
+        if (own == receiver) {
+            for (uint i = 0; i < SPLAT_GROUP; i++) {
+                landed[own] += found[i].x;
+                landings_on[own] += found[i].y;
+            }
+        }
+        barrier();
     }
-    barrier();
     float all = 0.0;
     float landed_rays = 0.0;
     for (uint i = 0; i < SPLAT_GROUP; i++) {
@@ -92,7 +104,8 @@ void main() {
     for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
         ChainLattice lattice = lattices[i];
         lattice.refinements = refinements_of(lattice, all, landed_rays);
-        lattice.bands = bands_of(lattice);
+        lattice.bands = 1;
+        if (DISPERSES) lattice.bands = bands_of(lattice);
         refined[i] = lattice;
     }
     memoryBarrierBuffer();

@@ -17,6 +17,8 @@ layout(std430, binding = 8) writeonly buffer Hits { ChainHit hits[]; };
 layout(std430, binding = 9) writeonly buffer Numbers { uvec2 numbers[]; }; // lobes, footprints
 layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
 layout(std430, binding = 11) writeonly buffer Traced { ChainPath traced[]; };  // the same paths, where they are at their ends
+layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
+layout(std430, binding = 13) buffer FluxSums { uint flux_sums[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -31,6 +33,8 @@ layout(std430, binding = 11) writeonly buffer Traced { ChainPath traced[]; };  /
 #include "chain.glsl"
 #include "lattice_ray.glsl"
 #include "chain_changes.glsl"
+#include "spectrum.glsl"
+#include "chain_flux.glsl"
 
 void main() {
     uint index = thread_index();
@@ -46,6 +50,12 @@ void main() {
         if (interfaces_of(path) < push.max_interfaces && interact(path, hit, at)) {
             lobes_of(path, at, lobes);
             hit.lobes = uint(lobes[0].is_followed) + uint(lobes[1].is_followed);
+            if (COUNTS_FLUX) {
+                count_surface(path, at);
+                count_lobes(path, at, lobes);
+            }
+        } else if (COUNTS_FLUX) {
+            count_end(path, hit);
         }
         // Light of a single surface is that of the facets.
         if (interfaces_of(path) > 1) {

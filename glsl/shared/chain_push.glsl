@@ -9,4 +9,7 @@ layout(push_constant) uniform ChainPush {
     uint splat_capacity;
     float spread;        // variance of a kernel over the square of the lattice's cell
     float spectral_middle; // coordinate of the traced wavelength
+    float flux_scale;    // units of the sums of flux in 1 W, a power of two; see chain_flux.glsl
 } push;
+// Whether the light is counted by where it ends.
+layout(constant_id = ID_COUNTS_FLUX) const bool COUNTS_FLUX = false;

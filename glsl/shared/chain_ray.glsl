@@ -105,9 +105,14 @@ bool interact(ChainPath path, ChainHit hit, out Interaction at) {
     return true;
 }
 
+// `Lobe.end` of a lobe that is followed, and of one that does not exist.
+const uint FOLLOWED = 0xffffffffu;
+const uint NO_LOBE = 0xfffffffeu;
+
 // Light that leaves a surface.
 struct Lobe {
     bool is_followed;
+    uint end;           // where its light ends if it is not followed: an entry of the balance of flux
     vec3 direction;
     vec3 flux;
     bool is_weak;
@@ -134,14 +139,16 @@ void lobes_of(ChainPath path, Interaction at, out Lobe lobes[2]) {
         lobe.flux = at.flux * (i == 0 ? at.reflectance : 1.0 - at.reflectance);
         bool exists = i == 0 || at.eta > 0.0 && at.reflectance.x < 1.0;
         lobe.is_weak = has_choice && (i == 0) != reflects_more;
-        lobe.is_followed = exists && leaves(at, lobe.direction, i == 1);
         float share = largest(lobe.flux) / path.first_flux;
         share *= exp2(-2.0 * float(weak));
-        if (lobe.is_weak) {
-            lobe.is_followed = lobe.is_followed && weak < MAX_WEAK && lattice_level_of(path) > weak;
-            lobe.flux *= 4.0;
-        }
-        lobe.is_followed = lobe.is_followed && share >= LEAST_SHARE;
+        if (!exists) lobe.end = NO_LOBE;
+        else if (!leaves(at, lobe.direction, i == 1)) lobe.end = FLUX_CUT_NORMALS;
+        else if (lobe.is_weak && weak >= MAX_WEAK) lobe.end = FLUX_CUT_WEAK;
+        else if (!(share >= LEAST_SHARE)) lobe.end = FLUX_CUT_FAINT;
+        else if (lobe.is_weak && lattice_level_of(path) <= weak) lobe.end = FLUX_SAMPLING;
+        else lobe.end = FOLLOWED;
+        lobe.is_followed = lobe.end == FOLLOWED;
+        if (lobe.is_weak) lobe.flux *= 4.0;
         lobes[i] = lobe;
     }
 }
@@ -158,7 +165,10 @@ bool choose_lobe(ChainPath path, Interaction at, float number, out Lobe lobe, ou
     lobe.direction = direction_of(at, s, refracts);
     lobe.flux = at.eta > 0.0 ? at.flux : at.flux * at.reflectance;
     lobe.is_weak = false;
-    lobe.is_followed = leaves(at, lobe.direction, refracts) && largest(lobe.flux) * exp2(-2.0 * float(weak_lobes_of(path))) >= LEAST_SHARE * path.first_flux;
+    if (!leaves(at, lobe.direction, refracts)) lobe.end = FLUX_CUT_NORMALS;
+    else if (!(largest(lobe.flux) * exp2(-2.0 * float(weak_lobes_of(path))) >= LEAST_SHARE * path.first_flux)) lobe.end = FLUX_CUT_FAINT;
+    else lobe.end = FOLLOWED;
+    lobe.is_followed = lobe.end == FOLLOWED;
     return lobe.is_followed;
 }
 

@@ -12,6 +12,8 @@ const int ID_HAS_ATLAS = 5;
 const int ID_HAS_POINTS = 6;
 const int ID_HAS_TEXTURES = 7;
 const int ID_DISPERSES = 8;
+// The light of chains is counted by where it ends, for a report.
+const int ID_COUNTS_FLUX = 9;
 
 // `Triangle.flags`: the triangle casts shadows.
 const uint OCCLUDES = 1;
@@ -80,6 +82,26 @@ const int FOOTPRINTS_WORD = 7;
 const int LOST_PATHS_WORD = 8;
 // The first word of the draw within the words of a wave.
 const int WAVE_DRAW_WORD = 9;
+
+// Entries of the balance of flux, see src/flux_balance.rs: what comes in, and where it ends.
+const uint FLUX_INCOMING = 0;
+const uint FLUX_ON_OTHER_SURFACES = 1;
+const uint FLUX_IN_MEDIA = 2;
+const uint FLUX_IN_MIRRORS = 3;
+const uint FLUX_LEFT_SCENE = 4;
+const uint FLUX_CUT_FAINT = 5;
+const uint FLUX_CUT_WEAK = 6;
+const uint FLUX_CUT_INTERFACES = 7;
+const uint FLUX_CUT_ROOM = 8;
+const uint FLUX_CUT_NORMALS = 9;
+const uint FLUX_CUT_MESHES = 10;
+const uint FLUX_SAMPLING = 11;
+// The first of the entries of light that landed on receivers, by number of surfaces from 1 on, and their number. The last one has
+// light of more surfaces, too.
+const uint FLUX_LANDED = 12;
+const uint LANDED_ENTRIES = 64;
+// Number of entries: FLUX_LANDED + LANDED_ENTRIES.
+const uint FLUX_ENTRIES = 76;
 
 // Footprints of a patch on a planar receiver for one lobe: the footprint and its fold.
 const uint FOOTPRINT_SLOTS = 2;

@@ -56,6 +56,10 @@ impl Job for Bake {
         self.component != Component::Direct
     }
 
+    fn reports_flux(&self) -> bool {
+        self.has_caustic()
+    }
+
     fn render(&self, renderer: &mut Renderer, _: &Scene) -> Result<()> {
         match self.component {
             Component::Caustic => renderer.caustic(),

@@ -8,6 +8,7 @@ use super::terminal::{log, log_some, print, print_json, progress_bar};
 use super::timeline::{Shot, Timeline, each_frame, numbered};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use nephroid::flux_balance::FluxBalance;
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, choose_light_maps, profile};
@@ -26,6 +27,8 @@ const WARM_UP: usize = 5;
 const LEAST_FRAMES: usize = 3;
 /// Time after which no more frames of a kind are rendered.
 const LONGEST: Duration = Duration::from_secs(10);
+/// Share of the flux that is cut off above which the report says so.
+const NOTEWORTHY: f64 = 1e-3;
 /// Relative L1 error that `footprint` aims for by default.
 const DEFAULT_ERROR: f32 = 0.02;
 
@@ -140,6 +143,10 @@ fn not_negative(text: &str) -> Result<f32, String> {
 pub trait Job {
     /// Whether it computes a caustic.
     fn has_caustic(&self) -> bool;
+    /// Whether its report has the balance of flux.
+    fn reports_flux(&self) -> bool {
+        false
+    }
     /// Device memory of a view; `None` if the command renders no view.
     fn view_memory(&self, _renderer: &Renderer) -> Option<ViewMemory> {
         None
@@ -289,6 +296,9 @@ pub struct CausticReport {
     /// Whether the environment casts caustics, as its scene file says; absent without an environment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment_caustics: Option<bool>,
+    /// For a light map: where the light that met mirrors and interfaces ended, W. Absent without chains.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flux_balance: Option<FluxBalance>,
     /// With `--budget-ms`: median time of update and caustic over the last frames, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budgeted: Option<f64>,
@@ -453,7 +463,7 @@ impl GpuOptions {
         let report = Report {
             file: pattern.to_owned(),
             device: session.context.info().clone(),
-            caustic: self.caustic_report(&session, job)?,
+            caustic: self.caustic_report(&mut session, job)?,
             frame: spread(|frame| frame.seconds),
             is_first: false,
             camera: None,
@@ -475,7 +485,7 @@ impl GpuOptions {
             scene,
             chosen,
             ..
-        }: &Session,
+        }: &mut Session,
         job: &impl Job,
     ) -> Result<Option<CausticReport>> {
         if !job.has_caustic() {
@@ -491,6 +501,10 @@ impl GpuOptions {
             environment_caustics: (scene.lights.iter())
                 .find(|light| matches!(light.kind, LightKind::Environment { .. }))
                 .map(|light| light.kind.casts_caustics()),
+            flux_balance: match job.reports_flux() {
+                true => renderer.flux_balance()?,
+                false => None,
+            },
             budgeted: (renderer.budget()).map(|budget| budget.time().as_secs_f64()),
         }))
     }
@@ -539,7 +553,7 @@ impl GpuOptions {
         let report = Report {
             file: file.to_owned(),
             device: session.context.info().clone(),
-            caustic: self.caustic_report(&session, job)?,
+            caustic: self.caustic_report(&mut session, job)?,
             frame: Spread::of(&times),
             is_first: !self.profile,
             camera,
@@ -555,6 +569,24 @@ impl GpuOptions {
         job.write(file, &scene, &image)?;
         Ok(report)
     }
+}
+
+/// Says what was cut off, unless it is at most [`NOTEWORTHY`] of the flux that came in.
+fn cut_off_line(balance: &FluxBalance) -> Option<String> {
+    let total = balance.share(balance.cut_off.total());
+    let parts: Vec<String> = (balance.cut_off.entries().into_iter())
+        .map(|(name, flux)| (name, balance.share(flux)))
+        .filter(|(_, share)| *share > NOTEWORTHY)
+        .map(|(name, share)| format!("{name} {:.2} %", 100.0 * share))
+        .collect();
+    (total > NOTEWORTHY).then(|| match parts.is_empty() {
+        true => format!("cut off  {:.2} % of the flux", 100.0 * total),
+        false => format!(
+            "cut off  {:.2} % of the flux: {}",
+            100.0 * total,
+            parts.join(", ")
+        ),
+    })
 }
 
 /// Wall time of a frame, s.
@@ -633,6 +665,7 @@ impl Report {
             if caustic.environment_caustics == Some(false) {
                 lines.push("environment  without caustics, as the scene file says".into());
             }
+            lines.extend((caustic.flux_balance.as_ref()).and_then(cut_off_line));
             if let Some(time) = caustic.budgeted {
                 lines.push(format!("caustic  {:.2} ms", 1e3 * time));
             }

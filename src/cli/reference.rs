@@ -11,7 +11,8 @@ use indicatif::ProgressBar;
 use nephroid::Result;
 use nephroid::image_file::{Layer, RgbImage, write_exr};
 use nephroid::reference::{
-    Cached, Map, Options, Progress, View, cached_caustic, cached_view, caustic, view,
+    Cached, FluxReference, Map, Options, Progress, View, cached_caustic, cached_view, caustic,
+    flux_balance, view,
 };
 use nephroid::scene::Scene;
 use serde::Serialize;
@@ -89,6 +90,9 @@ struct Summary {
     /// For a light map: flux in red, green and blue, W.
     #[serde(skip_serializing_if = "Option::is_none")]
     received_flux: Option<[f64; 3]>,
+    /// For a light map, with `--json`: where the light that met mirrors and interfaces ended, W.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    flux_balance: Option<FluxReference>,
     /// For a view: exposure, EV.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure_ev: Option<f64>,
@@ -210,8 +214,13 @@ fn make(
         summary.relative_error, options.seed
     );
     write_exr(file, &image, &[error], &comment)?;
+    let counts_flux = arguments.json && matches!(subject, Subject::LightMap { .. });
     Ok(Summary {
         file: file.to_owned(),
+        flux_balance: match counts_flux {
+            true => flux_balance(scene, options.seed, cancel)?,
+            false => None,
+        },
         seconds: start.elapsed().as_secs_f64(),
         ..summary
     })

@@ -24,7 +24,9 @@
 //! | suns; lamps; bright parts of environments; mirrors nearby; all that met several surfaces | light tracing | `trace.rs`, `chains.rs` |
 //! | dim parts of environments | gathering | `gather.rs` |
 //!
-//! Both draw rounds of [`REPLICATES`] independently scrambled batches of Sobol points, and the
+//! [`flux_balance`] counts the light by where it ends, over the whole scene (`flux.rs`).
+//!
+//! Both methods draw rounds of [`REPLICATES`] independently scrambled batches of Sobol points, and the
 //! spread of the batches gives the standard error (Owen, *Monte Carlo theory, methods and
 //! examples*, chapter 17).
 
@@ -32,6 +34,7 @@ mod cache;
 mod chains;
 mod coarser;
 mod estimate;
+mod flux;
 mod gather;
 mod lights;
 mod media;
@@ -57,6 +60,7 @@ use visibility::Blockers;
 
 pub use cache::{Cached, cached_caustic, cached_view, read_cache_entry};
 pub use estimate::{Map, REPLICATES};
+pub use flux::{FluxReference, flux_balance};
 pub use rounds::{Options, Progress};
 pub(crate) use sequence::split_mix;
 pub use view::{MAX_VIEW_SIDE, View, view};

@@ -1,8 +1,11 @@
 //! The blocking calls: they record the same passes as [`Renderer::record`], submit them, and read the results.
 
 use crate::error::{Error, Result};
+use crate::flux_balance::FluxBalance;
 use crate::gpu::Image;
 use crate::image_file::RgbImage;
+use crate::render::chains::Chains;
+use crate::render::splat::resolve::Levels;
 use crate::render::{FrameBudget, MAX_PATCHES, ReceiverTile, Renderer, frame};
 use crate::scene::Camera;
 use std::time::{Duration, Instant};
@@ -97,6 +100,29 @@ impl Renderer {
         self.scene.patch_budget *= 4;
         self.caustic = self.bind_stages()?;
         Ok(())
+    }
+
+    /// Computes where the light of the scene's suns, lamps and environment cells ends that meets mirrors and interfaces. `None`
+    /// where the frame follows no chains: with methods other than `footprint`, without planar receivers, or if no light can meet
+    /// several surfaces.
+    ///
+    /// It follows the rays of a frame once more, in passes of its own that count the light, with the memory of their own that they
+    /// need; light maps and later frames stay as they are. The light of a single surface is counted by the same rays, although
+    /// facets carry it to the light maps.
+    ///
+    /// # Errors
+    /// As [`Renderer::caustic`].
+    pub fn flux_balance(&mut self) -> Result<Option<FluxBalance>> {
+        self.begin()?;
+        if !self.caustic.has_chains() {
+            return Ok(None);
+        }
+        let levels = Levels::new(&self.context, &self.scene)?;
+        let chains = Chains::new(&self.context, &mut self.scene, &levels, true)?;
+        frame::upload(&mut self.recorder, &mut self.scene)?;
+        frame::count_flux(&mut self.recorder, &self.scene, &chains)?;
+        self.recorder.submit()?;
+        chains.read_flux_balance(&self.scene).map(Some)
     }
 
     /// Renders the direct light of all lights into the direct maps and waits for it.

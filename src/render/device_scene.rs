@@ -222,13 +222,27 @@ impl DeviceScene {
             let named = shader.bindings.iter().any(|binding| binding.name == *name);
             assert!(named, "{} has no {name}", shader.name);
         }
-        let shared = self.resources();
-        BoundPipeline::compute(context, shader, self.constants(), &[own, &shared].concat())
+        self.compute_with(self.constants(), context, shader, own)
+    }
+
+    /// The same with other specialisation constants.
+    pub fn compute_with(
+        &self,
+        constants: Constants,
+        context: &Arc<Context>,
+        shader: &'static Shader,
+        own: &[(&'static str, Resource)],
+    ) -> Result<BoundPipeline> {
+        BoundPipeline::compute(
+            context,
+            shader,
+            constants,
+            &[own, &self.resources()].concat(),
+        )
     }
 
     /// What the scene has, as specialisation constants.
-    fn constants(&self) -> Constants {
-        let only_mirrors = self.casters.lobes == 1;
+    pub fn constants(&self) -> Constants {
         let Settings { method, area, .. } = self.settings;
         let area_by_product = method == Method::Beams && area == Area::Product;
         let has =
@@ -236,7 +250,7 @@ impl DeviceScene {
         let has_lamps = has(|kind| matches!(kind, LightKind::Lamp { .. }));
         let mut constants = Constants::default();
         for (id, value) in [
-            (ID_ONLY_MIRRORS, only_mirrors),
+            (ID_ONLY_MIRRORS, self.casters.lobes == 1),
             (ID_AREA_BY_PRODUCT, area_by_product),
             (ID_BEAMS, method == Method::Beams),
             (ID_HAS_LAMPS, has_lamps),

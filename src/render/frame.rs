@@ -353,6 +353,27 @@ fn splat_chains(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
+    follow_chains(recorder, scene, chains)?;
+    recorder.pass("splat chains", |r| {
+        r.barrier(Access::COMPUTE_WRITE, LIST_READ);
+        chains.record_splat(r, light_map, *clear);
+        after_draw(r);
+    })?;
+    *clear = false;
+    Ok(())
+}
+
+/// Counts the light of chains by where it ends, and lights nothing.
+pub fn count_flux(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains) -> Result<()> {
+    recorder.pass("clear sums of flux", |r| {
+        chains.record_clear(r);
+        r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
+    })?;
+    follow_chains(recorder, scene, chains)
+}
+
+/// Follows the rays of the lattices to their ends, and lists the footprints of what lands.
+fn follow_chains(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains) -> Result<()> {
     recorder.pass("pilot chains", |r| {
         chains.record_pilot(r, scene);
         next(r);
@@ -378,14 +399,7 @@ fn splat_chains(
     recorder.pass("finish chains", |r| {
         chains.record_finish(r, scene);
         next(r);
-    })?;
-    recorder.pass("splat chains", |r| {
-        r.barrier(Access::COMPUTE_WRITE, LIST_READ);
-        chains.record_splat(r, light_map, *clear);
-        after_draw(r);
-    })?;
-    *clear = false;
-    Ok(())
+    })
 }
 
 /// Adds the coarser levels to the finer ones, in steps of rows, each of which may be a submission of its own.

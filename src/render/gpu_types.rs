@@ -124,7 +124,7 @@ mirrors! {
     ChainPush {
         is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32,
         max_interfaces: u32, ray_capacity: u32, path_capacity: u32, splat_capacity: u32, spread: f32,
-        spectral_middle: f32,
+        spectral_middle: f32, flux_scale: f32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
     NumberPush { count: u32, is_limited: u32, }

@@ -83,7 +83,7 @@ fn by_footprints(
             triangles = Some(Box::new(Triangles::new(context, scene, &levels, settings)?));
         }
         if scene.lattices.is_needed {
-            chains = Some(Box::new(Chains::new(context, scene, &levels)?));
+            chains = Some(Box::new(Chains::new(context, scene, &levels, false)?));
         }
         if let Some(pairs) = &scene.environment.pairs {
             projectors.push(pinhole_images(context, scene, &pairs.patches, &levels)?);
@@ -165,6 +165,17 @@ impl Caustic {
             }
             _ => Ok(None),
         }
+    }
+
+    /// Whether it follows chains.
+    pub fn has_chains(&self) -> bool {
+        matches!(
+            self,
+            Self::Splat {
+                chains: Some(_),
+                ..
+            }
+        )
     }
 
     /// Whether some part of it aims for an error.

@@ -415,6 +415,42 @@ fn a_damaged_pipeline_cache_is_ignored() {
     assert_eq!(bake(), first);
 }
 
+/// The sum of all entries is what came in, in each channel. Text has a line on what is cut off.
+#[test]
+fn bake_says_where_the_light_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.exr");
+    let bake = || {
+        let mut bake = run("bake", &scene("tumbler.toml"), &map);
+        bake.args(["--receiver", "floor"]);
+        bake
+    };
+    let balance = json(&mut bake())["caustic"]["flux_balance"].take();
+    fn sum(value: &serde_json::Value) -> [f64; 3] {
+        let parts: Vec<&serde_json::Value> = match value {
+            serde_json::Value::Object(parts) => parts.values().collect(),
+            serde_json::Value::Array(parts) if parts[0].is_array() => parts.iter().collect(),
+            flux => return [0, 1, 2].map(|channel| flux[channel].as_f64().unwrap()),
+        };
+        (parts.into_iter().map(sum)).fold([0.0; 3], |a, b| [0, 1, 2].map(|c| a[c] + b[c]))
+    }
+    assert_eq!(balance["landed"].as_array().unwrap().len(), 16);
+    // The flux that came in is among the parts.
+    let (all, incoming) = (sum(&balance), sum(&balance["incoming"]));
+    for channel in 0..3 {
+        assert!(
+            (all[channel] / incoming[channel] - 2.0).abs() < 1e-3,
+            "{all:?}"
+        );
+    }
+    let output = bake().assert().success().get_output().stdout.clone();
+    let text = String::from_utf8(output).unwrap();
+    assert!(
+        text.contains("cut off") && text.contains("faint lobes"),
+        "{text}"
+    );
+}
+
 /// `render` or `bake` of frames of the pool, with an output of a fitting kind.
 fn frames(command: &str, folder: &Path, range: &str) -> Command {
     let output = COMMANDS

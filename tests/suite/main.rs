@@ -24,6 +24,7 @@ mod environment;
 mod environment_input;
 mod environment_without_caustics;
 mod error_target;
+mod flux_balance;
 mod gpu;
 mod grazing;
 mod lamp;

@@ -53,6 +53,8 @@ pub struct DeviceLattices {
     pub pilot_capacity: u32,
     /// Maximum number of rays of a frame.
     pub ray_capacity: u32,
+    /// Upper bound of the flux of all rays in any channel, W.
+    pub flux: f64,
     /// Whether light may meet several surfaces.
     pub may_chain: bool,
     /// Whether lattices follow it.
@@ -97,6 +99,7 @@ impl DeviceLattices {
             pilot_count: 0,
             pilot_capacity,
             ray_capacity: pilot_capacity.max(of_all as u32),
+            flux: 0.0,
             may_chain,
             is_needed,
         })
@@ -152,6 +155,11 @@ impl DeviceLattices {
                 })
             })
             .collect();
+        let flux = |(light, _, window): &(u32, u32, Window)| {
+            // A lamp's windows are at a distance of at least 1 m: their areas are above their solid angles.
+            f64::from(lights[*light as usize].power.max_element()) * window.area()
+        };
+        self.flux = windows.iter().map(flux).sum();
         let rays = rays_of_lattice(settings);
         let pilot = pilot_rays(rays, windows.len() as u32);
         let refinements = (0.5 * (rays / pilot).log2()).ceil() as u32;

@@ -1,15 +1,19 @@
 //! Chains: light of suns, lamps and environment cells that meets two or more specular surfaces on its way to the planar receivers. Rays of a
 //! lattice are followed from surface to surface, a wave of them at a time, and each lands as a footprint.
 
+mod flux;
 pub mod lattice;
 
 use crate::error::Result;
+use crate::flux_balance::FluxBalance;
 use crate::gpu::{
     BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
-use crate::render::gpu_types::constants::{MAX_BANDS, SPLAT_GROUP, WAVE_DRAW_WORD, WAVE_WORDS};
+use crate::render::gpu_types::constants::{
+    ID_COUNTS_FLUX, MAX_BANDS, SPLAT_GROUP, WAVE_DRAW_WORD, WAVE_WORDS,
+};
 use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Footprint, PilotRay};
 use crate::render::splat::prefix_sums::BlockSums;
 use crate::render::splat::quads::{self, draw_push};
@@ -41,6 +45,7 @@ pub struct Chains {
     finish: BoundPipeline,
     draw: BoundPipeline,
     waves: [Buffer; 2],
+    flux_sums: Buffer,
     quads: Buffer,
     path_capacity: u32,
     splat_capacity: u32,
@@ -51,9 +56,16 @@ pub struct Chains {
 }
 
 impl Chains {
+    /// `counts_flux`: the passes count the light by where it ends, for [`Self::read_flux_balance`].
+    ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
-    pub fn new(context: &Arc<Context>, scene: &mut DeviceScene, levels: &Levels) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &mut DeviceScene,
+        levels: &Levels,
+        counts_flux: bool,
+    ) -> Result<Self> {
         let rays = scene.lattices.ray_capacity;
         let pilot_bytes = scene.lattices.pilot_capacity as usize * size_of::<PilotRay>();
         let pilot_rays = Buffer::new(context, "pilot rays", pilot_bytes as u64)?;
@@ -87,6 +99,11 @@ impl Chains {
         )?;
         let quads = quads::indices(context, &mut scene.staging, "chain quads", splat_capacity)?;
 
+        let flux_sums = flux::sums(context)?;
+        let mut constants = scene.constants();
+        constants[ID_COUNTS_FLUX as usize] = counts_flux;
+        let compute = |shader, own: &[_]| scene.compute_with(constants, context, shader, own);
+
         let buffer = Resource::Buffer;
         let coarse = ("lattices", buffer(&scene.lattices.buffer));
         let lights = ("lights", buffer(&scene.lattices.lights));
@@ -99,7 +116,8 @@ impl Chains {
             ("refined", buffer(&refined)),
             ("waves", buffer(&waves[0])),
         ];
-        let plan = scene.compute(context, &shaders::PLAN_CHAINS_COMP, &own)?;
+        let plan = compute(&shaders::PLAN_CHAINS_COMP, &own)?;
+        let sums_of_flux = ("flux_sums", buffer(&flux_sums));
         let lattices = ("lattices", buffer(&refined));
         let trace = |from: usize| {
             let own = [
@@ -110,8 +128,9 @@ impl Chains {
                 ("numbers", buffer(&numbers)),
                 ("waves", buffer(&waves[from])),
                 ("traced", buffer(&paths[from])),
+                sums_of_flux,
             ];
-            scene.compute(context, &shaders::TRACE_CHAINS_COMP, &own)
+            compute(&shaders::TRACE_CHAINS_COMP, &own)
         };
         let emit = |from: usize| {
             let own = [
@@ -124,8 +143,9 @@ impl Chains {
                 ("next_paths", buffer(&paths[1 - from])),
                 ("footprints", buffer(&footprints)),
                 ("coarse", buffer(&levels.coarse)),
+                sums_of_flux,
             ];
-            scene.compute(context, &shaders::EMIT_CHAINS_COMP, &own)
+            compute(&shaders::EMIT_CHAINS_COMP, &own)
         };
         let sums = |from: usize| {
             let (own, paths) = ([&numbers, &block_sums], Some(&waves[from]));
@@ -146,8 +166,9 @@ impl Chains {
             ("waves", buffer(&waves[last])),
             ("footprints", buffer(&footprints)),
             ("coarse", buffer(&levels.coarse)),
+            sums_of_flux,
         ];
-        let finish = scene.compute(context, &shaders::FINISH_CHAINS_COMP, &own)?;
+        let finish = compute(&shaders::FINISH_CHAINS_COMP, &own)?;
         let drawn = [("footprints", buffer(&footprints))];
         let footprint = [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG];
         let topology = Topology::Triangles;
@@ -167,6 +188,7 @@ impl Chains {
                 &drawn,
             )?,
             waves,
+            flux_sums,
             quads,
             path_capacity,
             splat_capacity,
@@ -192,7 +214,22 @@ impl Chains {
             splat_capacity: self.splat_capacity,
             spread: SPREAD,
             spectral_middle: scene.spectrum.middle(),
+            flux_scale: flux::scale(scene.lattices.flux),
         }
+    }
+
+    /// Clears the sums of flux.
+    pub fn record_clear(&self, recorder: &mut Recorder) {
+        recorder.zero(&self.flux_sums);
+    }
+
+    /// Reads the balance of flux of chains that count it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn read_flux_balance(&self, scene: &DeviceScene) -> Result<FluxBalance> {
+        let scale = flux::scale(scene.lattices.flux);
+        flux::read(&self.flux_sums, scale, scene.scene.max_interfaces)
     }
 
     /// Finds how much light of several surfaces the rays of the lattices bring to the receivers.
