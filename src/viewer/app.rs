@@ -175,6 +175,7 @@ impl App {
         if now >= self.next_poll {
             self.next_poll = now + POLL;
             open.reload_changes();
+            open.needs_frame |= open.has_news();
         }
         let mut until = self.next_poll;
         let mut draws = open.needs_frame;

@@ -75,9 +75,8 @@ impl Capture {
             for bytes in std::iter::once(4u64).chain(std::iter::repeat_n(16, sides)) {
                 let bytes = bytes * u64::from(size[0]) * u64::from(size[1]);
                 let usage = vk::BufferUsageFlags::TRANSFER_DST;
-                capture
-                    .buffers
-                    .push(host.read_back("screenshot", bytes, usage)?);
+                let made = host.buffer("screenshot", bytes, usage, MemoryLocation::GpuToCpu)?;
+                capture.buffers.push(made);
             }
             Ok(capture)
         }

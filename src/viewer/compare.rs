@@ -69,6 +69,8 @@ pub struct Compare {
     pub heat_map: HeatMap,
     /// Of the last pictures that were measured: the picture's, then those of the light maps.
     pub differences: Vec<Difference>,
+    /// Expected L1 errors of the reference, by the objects of its light maps.
+    pub reference: Vec<(usize, f64)>,
 }
 
 impl Compare {
@@ -80,12 +82,18 @@ impl Compare {
             divider: 0.5,
             heat_map: HeatMap::default(),
             differences: Vec::new(),
+            reference: Vec::new(),
         }
     }
 
     /// The techniques of the sides that are shown.
     pub fn sides(&self) -> &[Technique] {
         &self.techniques[..if self.is_on { 2 } else { 1 }]
+    }
+
+    /// Whether a side that is shown is the reference.
+    pub fn has_reference(&self) -> bool {
+        self.sides().iter().any(|side| side.is_reference)
     }
 
     pub fn shown(&self) -> Shown {
@@ -116,7 +124,7 @@ impl Compare {
         self.heat_map.scale.unwrap_or_else(automatic)
     }
 
-    /// The differences in words.
+    /// The differences, and the errors of the reference, in words.
     pub fn lines(&self, scene: &Scene) -> Vec<String> {
         let line = |difference: &Difference| {
             let l1 =
@@ -125,7 +133,17 @@ impl Compare {
                 .map_or(String::new(), |ratio| format!(", energy ratio {ratio:.4}"));
             format!("{}: L1 {l1}{ratio}", difference.name(scene))
         };
-        self.differences.iter().map(line).collect()
+        let of_reference = |(receiver, error): &(usize, f64)| {
+            let object = scene.objects.get(*receiver);
+            let name = object.map_or("", |object| &object.name);
+            format!("{name}: reference ± {:.2} %", 100.0 * error)
+        };
+        let waits = self.has_reference() && self.reference.is_empty();
+        let waiting = waits.then(|| "the reference begins".to_owned());
+        (self.differences.iter().map(line))
+            .chain(waiting)
+            .chain(self.reference.iter().map(of_reference))
+            .collect()
     }
 }
 

@@ -90,7 +90,8 @@ pub fn keys(context: &Context, state: &mut State) {
         .zip(Method::ALL)
     {
         if pressed(Modifiers::NONE, key) {
-            state.compare.techniques[0].method = method;
+            let technique = &mut state.compare.techniques[0];
+            (technique.method, technique.is_reference) = (method, false);
         }
     }
     for (key, step) in [

@@ -5,6 +5,7 @@ use super::compare::Difference;
 use super::host::{Host, failed};
 use super::side::Maps;
 use ash::vk;
+use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 use nephroid::Result;
 
@@ -214,7 +215,8 @@ impl Slot {
         self.free(host);
         // Memory is handed out in larger pieces than the smallest buffers.
         let bytes = bytes.next_power_of_two().max(4096);
-        let made = host.read_back("differences", bytes, vk::BufferUsageFlags::STORAGE_BUFFER)?;
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let made = host.buffer("differences", bytes, usage, MemoryLocation::GpuToCpu)?;
         Ok(self.buffer.insert(made).0)
     }
 

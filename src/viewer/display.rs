@@ -9,6 +9,7 @@ use super::side::{MAX_SIDES, Side, record};
 use super::slot::{Slot, slots};
 use super::swapchain::{Presented, Swapchain, color_range};
 use super::technique::Technique;
+use super::upload::Uploads;
 use ash::vk;
 use egui::{ClippedPrimitive, TexturesDelta};
 use egui_ash_renderer::allocator::GpuAllocator;
@@ -72,6 +73,7 @@ pub struct Display {
     next_slot: usize,
     /// While two sides are compared.
     differences: Option<Differences>,
+    uploads: Uploads,
     /// Whether the images no longer fit the window.
     is_stale: bool,
     host: Host,
@@ -116,6 +118,7 @@ impl Display {
             slots,
             next_slot: 0,
             differences: None,
+            uploads: Uploads::default(),
             is_stale: true,
             host,
         })
@@ -147,6 +150,7 @@ impl Display {
     pub fn end_comparison(&mut self) {
         self.host.wait_idle();
         self.sides.truncate(1);
+        self.uploads.destroy(&self.host);
         if let Some(mut differences) = self.differences.take() {
             differences.destroy(&self.host);
         }
@@ -255,7 +259,10 @@ impl Display {
         if let Some(frame) = &draw.picture {
             // SAFETY: the command buffer is recording, is submitted below in the order of recording, and at most
             // FRAMES_IN_FLIGHT frames are in flight.
-            unsafe { record(&mut self.sides, &device, commands, frame) }?;
+            unsafe {
+                let (sides, uploads) = (&mut self.sides, &mut self.uploads);
+                record(sides, &self.host, commands, frame, uploads, index)?;
+            }
         }
         let pictures = self.pictures();
         let shown = match pictures.len() {
@@ -461,6 +468,7 @@ impl Drop for Display {
         if let Some(differences) = &mut self.differences {
             differences.destroy(&self.host);
         }
+        self.uploads.destroy(&self.host);
         self.present.destroy(&self.host);
         self.swapchain.destroy(&self.host);
         let device = &self.host.device;

@@ -184,15 +184,16 @@ impl Host {
         (allocator.allocate(&wanted)).map_err(|error| allocation_failed(name, &error))
     }
 
-    /// A buffer that the device writes and the host reads. The caller destroys it and frees its memory.
+    /// A buffer that the host can read or write. The caller destroys it and frees its memory.
     ///
     /// # Errors
     /// [`Error::Device`] where there is not enough memory.
-    pub fn read_back(
+    pub fn buffer(
         &self,
         name: &str,
         bytes: u64,
         usage: vk::BufferUsageFlags,
+        location: MemoryLocation,
     ) -> Result<(vk::Buffer, Allocation)> {
         let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: a create-info that is valid for the call; the buffer is bound once, to memory made for it.
@@ -200,7 +201,7 @@ impl Host {
             let buffer =
                 (self.device.create_buffer(&info, None)).map_err(failed("making a buffer"))?;
             let requirements = self.device.get_buffer_memory_requirements(buffer);
-            let memory = self.allocate(name, requirements, MemoryLocation::GpuToCpu)?;
+            let memory = self.allocate(name, requirements, location)?;
             (self.device)
                 .bind_buffer_memory(buffer, memory.memory(), memory.offset())
                 .map_err(failed("binding a buffer"))?;

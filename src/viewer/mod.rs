@@ -29,6 +29,7 @@ mod present;
 mod profiler;
 mod profiler_panel;
 mod quality;
+mod reference;
 mod report;
 mod save;
 mod screenshot;
@@ -43,6 +44,7 @@ mod swapchain;
 mod technique;
 mod technique_panel;
 mod toml_writer;
+mod upload;
 mod watch;
 mod widgets;
 

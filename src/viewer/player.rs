@@ -168,6 +168,14 @@ fn count(value: &str) -> Result<u32, String> {
     (value.parse::<u32>()).map_err(|_| format!("`{value}` is no whole number"))
 }
 
+fn switch(value: &str) -> Result<bool, String> {
+    match value {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err(format!("`{value}` is neither on nor off")),
+    }
+}
+
 /// Sets what a panel sets of a side; whether there is such a value.
 fn set_technique(technique: &mut Technique, name: &str, value: &str) -> Result<bool, String> {
     match name {
@@ -177,6 +185,7 @@ fn set_technique(technique: &mut Technique, name: &str, value: &str) -> Result<b
                 .find(|method| method.name() == value);
             technique.method = method.ok_or_else(|| format!("there is no method `{value}`"))?;
         }
+        "reference" => technique.is_reference = switch(value)?,
         "error" => technique.aim = Aim::Error((number(value)? as f32).clamp(1e-4, 1.0)),
         "budget" => technique.aim = Aim::Budget((number(value)? as f32).clamp(0.1, 1e5)),
         "samples" => technique.aim = Aim::Samples(count(value)?.max(1)),
@@ -189,11 +198,6 @@ fn set_technique(technique: &mut Technique, name: &str, value: &str) -> Result<b
 
 /// Sets what a panel sets.
 fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
-    let switch = || match value {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err(format!("`{value}` is neither on nor off")),
-    };
     let (side, of_side) = match name.strip_prefix("compare-") {
         Some(name) => (1, name),
         None => (0, name),
@@ -203,10 +207,10 @@ fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
     }
     let quality = &mut state.quality;
     match name {
-        "compare" => state.compare.is_on = switch()?,
+        "compare" => state.compare.is_on = switch(value)?,
         "divider" => state.compare.divider = number(value)?.clamp(0.0, 1.0) as f32,
-        "heat-map" => state.compare.heat_map.is_on = switch()?,
-        "heat-map-relative" => state.compare.heat_map.is_relative = switch()?,
+        "heat-map" => state.compare.heat_map.is_on = switch(value)?,
+        "heat-map-relative" => state.compare.heat_map.is_relative = switch(value)?,
         "heat-map-scale" => {
             state.compare.heat_map.scale = match value {
                 "auto" => None,
@@ -216,11 +220,11 @@ fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
         "antialias" => quality.antialias = count(value)?.clamp(1, 16),
         "resolution" => quality.resolution = number(value)?.clamp(0.1, 1.0) as f32,
         "light-maps" => quality.light_map_scale = number(value)?.clamp(0.01, 16.0),
-        "refine" => quality.refines = switch()?,
+        "refine" => quality.refines = switch(value)?,
         "exposure" => state.document.history.now.exposure_ev = Some(number(value)?),
-        "panels" => state.windows.panels = switch()?,
-        "profiler" => state.windows.profiler = switch()?,
-        "loop" => state.playback.loops = switch()?,
+        "panels" => state.windows.panels = switch(value)?,
+        "profiler" => state.windows.profiler = switch(value)?,
+        "loop" => state.playback.loops = switch(value)?,
         _ => return Err(format!("there is no setting `{name}`")),
     }
     Ok(())

@@ -26,8 +26,12 @@ pub fn write(path: &Path, captured: &Captured, state: &mut State) -> Result<()> 
     let (antialias, factor) = state.quality.stage(state.stage);
     let settings = |technique: &Technique| {
         let settings = technique.settings();
+        let method = match technique.is_reference {
+            true => "reference",
+            false => settings.method.name(),
+        };
         json!({
-            "method": settings.method,
+            "method": method,
             "error": settings.error.map(|error| error * factor),
             "samples": settings.samples,
             "environment_cells": settings.environment_cells,
@@ -45,8 +49,12 @@ pub fn write(path: &Path, captured: &Captured, state: &mut State) -> Result<()> 
                 "energy_ratio": difference.energy_ratio,
             })
         };
+        let reference = |(receiver, error): &(usize, f64)| {
+            json!({ "of": state.document.base.objects[*receiver].name, "error": error })
+        };
         json!({
             "b": settings(&compare.techniques[1]),
+            "reference_errors": compare.reference.iter().map(reference).collect::<Vec<_>>(),
             "shown": compare.shown(),
             "differences": compare.differences.iter().map(difference).collect::<Vec<_>>(),
         })

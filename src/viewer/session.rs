@@ -8,6 +8,7 @@ use super::panels;
 use super::player::Player;
 use super::profiler::FrameTimes;
 use super::quality::{Quality, STAGES};
+use super::reference::Reference;
 use super::save::save;
 use super::screenshot;
 use super::side::Side;
@@ -54,8 +55,10 @@ pub struct Session {
     pub window: Arc<Window>,
     pub state: State,
     watch: Watch,
-    /// Key and refinement stage of the last picture.
-    shown: Option<(PictureKey, u32)>,
+    /// Key, refinement stage and number of the reference's light maps of the last picture.
+    shown: Option<(PictureKey, u32, u64)>,
+    /// While a side is the reference, with the time, edits and light-map scale that it is of.
+    reference: Option<((f64, Edits, f64), Reference)>,
     /// What can be set, of the last picture that could be made.
     last_good: Good,
     /// Whether the differences that are shown, or will be, are relative; `None` if the last pictures were not measured.
@@ -102,6 +105,7 @@ impl Session {
             window,
             watch: watch(&state.document),
             shown: None,
+            reference: None,
             last_good: (state.quality, technique, Edits::default()),
             measured: None,
             changed: Instant::now(),
@@ -182,6 +186,7 @@ impl Session {
         self.watch = watch(&self.state.document);
         self.last_good = self.good();
         self.state.compare.differences.clear();
+        self.reference = None;
         self.shown = None;
         true
     }
@@ -267,7 +272,8 @@ impl Session {
         let size = window_size.map(|side| ((side as f32 * resolution).round() as u32).max(1));
         let scene = self.state.scene();
         let key = self.key(&scene, size);
-        let is_same = self.shown.as_ref().is_some_and(|(shown, _)| *shown == key);
+        let number = self.follow_reference(&scene, &key);
+        let is_same = self.shown.as_ref().is_some_and(|(shown, ..)| *shown == key);
         if !is_same {
             self.state.stage = 0;
             self.changed = start;
@@ -279,7 +285,7 @@ impl Session {
             }
         }
         let stage = self.state.stage;
-        let wants_picture = self.shown.as_ref() != Some(&(key.clone(), stage));
+        let wants_picture = self.shown.as_ref() != Some(&(key.clone(), stage, number));
         let (antialias, factor) = self.state.quality.stage(stage);
         let mut has_picture = wants_picture;
         if wants_picture {
@@ -324,7 +330,7 @@ impl Session {
             return Ok(None);
         }
         if has_picture {
-            self.shown = Some((key, stage));
+            self.shown = Some((key, stage, number));
             self.last_good = self.good();
         }
         if has_picture || measures.is_some() || !self.state.compare.is_on {
@@ -391,6 +397,43 @@ impl Session {
             techniques: self.state.compare.sides().to_vec(),
             size,
         }
+    }
+
+    /// Whether the reference has something to show.
+    pub fn has_news(&self) -> bool {
+        (self.reference.as_ref()).is_some_and(|(_, reference)| reference.has_news())
+    }
+
+    /// Refines the reference of the scene, if a side shows it; the number of its light maps.
+    fn follow_reference(&mut self, scene: &Scene, key: &PictureKey) -> u64 {
+        let compare = &mut self.state.compare;
+        compare.reference.clear();
+        if !compare.has_reference() {
+            self.reference = None;
+            return 0;
+        }
+        let of = (key.time, key.edits.clone(), key.quality.light_map_scale);
+        let (last, reference) = self
+            .reference
+            .get_or_insert_with(|| (of.clone(), Reference::new(scene.clone())));
+        if *last != of {
+            *last = of;
+            reference.restart(scene.clone());
+        }
+        let failure = reference.follow().err();
+        let (number, maps) = &reference.maps;
+        let errors = maps.iter().map(|map| (map.receiver, map.error));
+        compare.reference.extend(errors);
+        let sides = self.display.sides.iter_mut();
+        for side in sides.filter(|side| side.made_for.is_reference) {
+            side.set_reference(*number, maps);
+        }
+        let number = *number;
+        if let Some(failure) = failure {
+            let text = format!("there is no reference: {failure}");
+            self.state.tell(Severity::Error, text);
+        }
+        number
     }
 
     fn good(&self) -> Good {

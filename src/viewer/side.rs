@@ -1,6 +1,9 @@
 //! A side of the picture: a renderer, the technique that it was made for, and what it rendered last.
 
+use super::host::Host;
+use super::reference::LightMap;
 use super::technique::{Aim, Technique};
+use super::upload::Uploads;
 use ash::vk;
 use nephroid::gpu::{Context, PassTime};
 use nephroid::render::{Frame, FrameBudget, MapImage, ReceiverTile, Renderer, Settings};
@@ -17,6 +20,10 @@ pub struct Side {
     pub made_for: Technique,
     /// The images of the last frame that was recorded.
     pub maps: Option<Maps>,
+    /// Light maps in place of the renderer's, with their number.
+    reference: Option<(u64, Arc<Vec<LightMap>>)>,
+    /// The number of those in the renderer's image.
+    uploaded: Option<u64>,
     /// A time to keep, ms.
     budget: Option<(f32, FrameBudget)>,
 }
@@ -39,14 +46,18 @@ impl Side {
         technique: &Technique,
         frames: usize,
     ) -> Result<Self> {
+        // Beside a reference, a frame is recorded twice.
+        let records = if technique.is_reference { 2 } else { 1 };
         let settings = Settings {
-            frames_in_flight: frames as u32,
+            frames_in_flight: records * frames as u32,
             ..technique.settings()
         };
         Ok(Self {
             renderer: Renderer::new(context, scene, &settings)?,
             made_for: *technique,
             maps: None,
+            reference: None,
+            uploaded: None,
             budget: None,
         })
     }
@@ -54,6 +65,11 @@ impl Side {
     /// The renderer's notes on light that it leaves out, one sentence each.
     pub fn notes(&self) -> Vec<String> {
         self.renderer.notes()
+    }
+
+    /// Shows these light maps in place of the renderer's. Other maps have another number.
+    pub fn set_reference(&mut self, number: u64, maps: &Arc<Vec<LightMap>>) {
+        self.reference = Some((number, maps.clone()));
     }
 
     /// Takes over a scene that differs from the last one only in what a frame can change; whether it does.
@@ -116,9 +132,25 @@ impl Side {
     /// As [`Renderer::record`].
     unsafe fn record(
         &mut self,
+        host: &Host,
         commands: vk::CommandBuffer,
         frame: &Frame,
+        (uploads, slot): (&mut Uploads, usize),
     ) -> Result<(vk::PipelineStageFlags2, vk::AccessFlags2)> {
+        if let Some((number, maps)) = &self.reference {
+            // First the scene, then the light maps, which stay as they are while the scene does, and last the picture.
+            let scene_only = Frame {
+                view: None,
+                ..*frame
+            };
+            // SAFETY: the caller's promise; the renderer was made for twice as many frames.
+            let output = unsafe { self.renderer.record(commands, &scene_only) }?;
+            if self.uploaded != Some(*number) {
+                let (image, receivers) = (output.light_map, output.receivers);
+                uploads.record(host, commands, slot, image, receivers, maps)?;
+                self.uploaded = Some(*number);
+            }
+        }
         // SAFETY: the caller's promise.
         let output = unsafe { self.renderer.record(commands, frame) }?;
         let mut receivers = self
@@ -137,7 +169,7 @@ impl Side {
     }
 }
 
-/// Records the pictures of all sides, and makes them readable.
+/// Records the pictures of all sides in a slot whose last frame has ended, and makes them readable.
 ///
 /// # Errors
 /// As [`Renderer::record`].
@@ -146,9 +178,11 @@ impl Side {
 /// As [`Renderer::record`].
 pub unsafe fn record(
     sides: &mut [Side],
-    device: &ash::Device,
+    host: &Host,
     commands: vk::CommandBuffer,
     frame: &Frame,
+    uploads: &mut Uploads,
+    slot: usize,
 ) -> Result<()> {
     let mut barrier = vk::MemoryBarrier2::default()
         .dst_stage_mask(
@@ -157,15 +191,16 @@ pub unsafe fn record(
                 | vk::PipelineStageFlags2::ALL_TRANSFER,
         )
         .dst_access_mask(vk::AccessFlags2::SHADER_READ | vk::AccessFlags2::TRANSFER_READ);
-    for side in sides {
+    for (index, side) in sides.iter_mut().enumerate() {
+        let upload = (&mut *uploads, MAX_SIDES * slot + index);
         // SAFETY: the caller's promise.
-        let (stage, access) = unsafe { side.record(commands, frame) }?;
+        let (stage, access) = unsafe { side.record(host, commands, frame, upload) }?;
         barrier.src_stage_mask |= stage;
         barrier.src_access_mask |= access;
     }
     let barriers = [barrier];
     let dependency = vk::DependencyInfo::default().memory_barriers(&barriers);
     // SAFETY: a recording command buffer.
-    unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
+    unsafe { host.device.cmd_pipeline_barrier2(commands, &dependency) };
     Ok(())
 }

@@ -61,7 +61,7 @@ pub fn update(display: &mut Display, state: &mut State, scene: &Scene) -> Result
 
 /// Makes a side's renderer again; whether A can be rendered. Where B cannot, the comparison ends.
 fn set(display: &mut Display, state: &mut State, scene: &Scene, index: usize) -> bool {
-    let technique = state.compare.techniques[index];
+    let technique = state.compare.sides()[index];
     match display.set_side(index, scene, &technique) {
         Ok(()) => true,
         Err(error) if index > 0 => {
@@ -77,7 +77,9 @@ fn set(display: &mut Display, state: &mut State, scene: &Scene, index: usize) ->
 
 /// Says what light B leaves out and A does not.
 fn tell_notes(display: &Display, state: &mut State, index: usize) {
-    if let (1, [a, b]) = (index, display.sides.as_slice()) {
+    if let (1, [a, b]) = (index, display.sides.as_slice())
+        && !b.made_for.is_reference
+    {
         let of_a = a.notes();
         for note in b.notes().iter().filter(|note| !of_a.contains(note)) {
             state.tell(Severity::Note, format!("B: {note}"));

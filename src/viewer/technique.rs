@@ -19,6 +19,8 @@ pub enum Aim {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Technique {
+    /// Whether the caustic is that of the reference on the CPU, and the rest is not used.
+    pub is_reference: bool,
     pub method: Method,
     pub aim: Aim,
     pub environment_cells: u32,
@@ -29,6 +31,7 @@ impl Default for Technique {
     fn default() -> Self {
         let settings = Settings::default();
         Self {
+            is_reference: false,
             method: settings.method,
             aim: Aim::Error(0.02),
             environment_cells: settings.environment_cells,
@@ -38,8 +41,18 @@ impl Default for Technique {
 }
 
 impl Technique {
-    /// The settings of a renderer.
+    /// The settings of a renderer. Beside a reference, its caustic is replaced and should cost little.
     pub fn settings(&self) -> Settings {
+        if self.is_reference {
+            return Settings {
+                method: Method::Footprint,
+                samples: 1,
+                error: None,
+                environment_cells: 8,
+                environment_images: 1,
+                ..Settings::default()
+            };
+        }
         Settings {
             method: self.method,
             samples: match self.aim {
@@ -56,7 +69,7 @@ impl Technique {
     /// The error to aim for in the first frame; only `footprint` aims for one.
     pub fn error(&self) -> Option<f32> {
         match self.aim {
-            _ if self.method != Method::Footprint => None,
+            _ if self.is_reference || self.method != Method::Footprint => None,
             Aim::Error(error) => Some(error),
             Aim::Budget(ms) => Some(self.budget(ms).error()),
             Aim::Samples(_) => None,
@@ -74,6 +87,7 @@ impl Technique {
             let settings = technique.settings();
             let samples = settings.error.is_none().then_some(settings.samples);
             (
+                technique.is_reference,
                 settings.method,
                 samples,
                 settings.environment_cells,
@@ -85,6 +99,9 @@ impl Technique {
 
     /// Method and aim in a few words.
     pub fn label(&self) -> String {
+        if self.is_reference {
+            return "reference".into();
+        }
         let aim = match (self.error(), self.aim) {
             (Some(_), Aim::Budget(ms)) => format!("{ms:.0} ms"),
             (Some(error), _) => format!("{:.3} %", 100.0 * error),
@@ -110,6 +127,7 @@ mod tests {
         assert!(other(&|t| t.aim = Aim::Budget(16.0)));
         assert!(!other(&|t| t.aim = Aim::Samples(1000)));
         assert!(!other(&|t| t.method = Method::Points));
+        assert!(!other(&|t| t.is_reference = true));
     }
 
     #[test]

@@ -6,6 +6,11 @@ use egui::{ComboBox, Ui};
 use nephroid::render::Method;
 
 pub fn technique(ui: &mut Ui, technique: &mut Technique) {
+    ui.checkbox(&mut technique.is_reference, "reference on the CPU")
+        .on_hover_text("A thread of low priority refines it while the scene stays the same");
+    if technique.is_reference {
+        return;
+    }
     ComboBox::from_label("method")
         .selected_text(technique.method.name())
         .show_ui(ui, |ui| {
