@@ -102,6 +102,17 @@ fn json(file: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap()
 }
 
+/// L1 of two files, by `nephroid compare`.
+fn l1_by_compare(folder: &Path, a: &str, b: &str) -> f64 {
+    let mut compare = nephroid();
+    compare
+        .current_dir(folder)
+        .args(["compare", a, b, "--json"]);
+    let output = compare.assert().success().get_output().stdout.clone();
+    let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    report["l1"].as_f64().unwrap()
+}
+
 /// A small scene in a file of its own, whose sun has this irradiance.
 fn small_scene(irradiance: f64) -> String {
     format!(
@@ -351,15 +362,6 @@ fn differences_are_measured() {
         let difference = differences.find(|difference| difference["of"] == name);
         difference.unwrap()["l1"].as_f64().unwrap()
     };
-    let l1_by_compare = |a: &str, b: &str| {
-        let mut compare = nephroid();
-        compare
-            .current_dir(folder.path())
-            .args(["compare", a, b, "--json"]);
-        let output = compare.assert().success().get_output().stdout.clone();
-        let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
-        report["l1"].as_f64().unwrap()
-    };
     let points = ["--method", "points", "--samples", "65536"];
     for (file, arguments) in [("a.exr", &[][..]), ("b.exr", &points)] {
         let mut bake = nephroid();
@@ -371,13 +373,57 @@ fn differences_are_measured() {
     }
     // The images are equal to the bit. The device adds up squares of 64 texels in 32-bit floats.
     for (shown, compared) in [
-        (l1_of("floor"), l1_by_compare("a.exr", "b.exr")),
-        (l1_of("picture"), l1_by_compare("shot.exr", "shot.b.exr")),
+        (
+            l1_of("floor"),
+            l1_by_compare(folder.path(), "a.exr", "b.exr"),
+        ),
+        (
+            l1_of("picture"),
+            l1_by_compare(folder.path(), "shot.exr", "shot.b.exr"),
+        ),
     ] {
         assert!(compared > 0.01, "{compared}");
         let off = (shown / compared - 1.0).abs();
         assert!(off < 1e-5, "{shown} in the window, {compared} by compare");
     }
+}
+
+/// A side may be the reference, which is refined while the scene stays as it is.
+#[test]
+fn a_side_is_the_reference() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let script = "set refine off\nset panels off\nset compare-reference on\nset compare on\nframes 2\n\
+         expect the reference begins\nwait 4\nframes 3\nexpect floor: reference ±\nscreenshot shot.png\n\
+         modifiers ctrl\ndrag left 100 60 130 60 2\nmodifiers none\nwait 4\nframes 3\nexpect floor: reference ±\n\
+         drag left 160 90 150 90 2\nsize 200 150\nframes 2\nkey X\nframes 2\nset heat-map on\nframes 3\nkey 1\nframes 2\n\
+         set compare-reference off\nset compare off\nframes 2\nexpect no error\n";
+    let size = ["--size", "320x180", "--validate"];
+    Display::new().report(folder.path(), &scene, script, &size);
+    let sidecar = json(&folder.path().join("shot.json"));
+    let comparison = &sidecar["comparison"];
+    assert_eq!(comparison["b"]["method"], "reference");
+    let [picture, floor] = [0, 1].map(|i| comparison["differences"][i]["l1"].as_f64().unwrap());
+    let error = comparison["reference_errors"][0]["error"].as_f64().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let mut bake = nephroid();
+    bake.arg("bake").arg(&scene).arg("-o").arg(file("a.exr"));
+    bake.assert().success();
+    let mut reference = nephroid();
+    reference
+        .arg("reference")
+        .arg(&scene)
+        .args(["--error", "0.005", "--no-cache", "-o"]);
+    reference.arg(file("b.exr")).assert().success();
+    let compared = l1_by_compare(folder.path(), "a.exr", "b.exr");
+    // Two references differ by no more than their errors, which are expectations.
+    let off = (floor - compared).abs();
+    assert!(
+        off < 1.5 * (error + 0.005),
+        "{floor} in the window, {compared} by compare, reference ± {error}"
+    );
+    assert!(error < 0.05 && picture < floor, "{comparison}");
 }
 
 /// Comparing again and again takes no more memory.
