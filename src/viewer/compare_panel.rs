@@ -167,7 +167,7 @@ fn paint_scale(painter: &Painter, bar: Rect, heat_map: &HeatMap, scale: f64) {
     text(
         bar.right_top(),
         Align2::RIGHT_BOTTOM,
-        &format!("≥ {most} {unit}"),
+        &format!("≥ {} {unit}", rounded(most)),
     );
     let mut mesh = Mesh::default();
     for (index, color) in (0u32..).zip(HEAT_COLORS) {
@@ -182,6 +182,11 @@ fn paint_scale(painter: &Painter, bar: Rect, heat_map: &HeatMap, scale: f64) {
         }
     }
     painter.add(Shape::mesh(mesh));
+}
+
+/// Four digits of a number, so that 7 % is not 7.000000000000001 %.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.3e}").parse().unwrap_or(number)
 }
 
 fn write(painter: &Painter, at: Pos2, align: Align2, text: &str) {
