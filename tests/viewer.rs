@@ -426,6 +426,23 @@ fn a_side_is_the_reference() {
     assert!(error < 0.05 && picture < floor, "{comparison}");
 }
 
+/// A side B that cannot be rendered leaves A, and one that leaves out light says so.
+#[test]
+fn what_b_cannot_do_is_said() {
+    let other = scene_path("two_mirrors.toml");
+    let script = format!(
+        "set refine off\nset light-maps 0.25\nset compare-method beams\nset compare-samples 4000000000\n\
+         set compare on\nframes 2\nexpect B cannot be rendered\nkey Escape\n\
+         set compare-samples 1000\nset compare on\nframes 3\nexpect no error\n\
+         set compare-samples 4000000000\nframes 2\nexpect remedy\nkey Escape\n\
+         open {}\nframes 2\nexpect B: light that meets several mirrors\nexpect no error\n",
+        other.display()
+    );
+    let folder = folder();
+    let size = ["--size", "160x90", "--validate"];
+    Display::new().report(folder.path(), &scene_path("ring.toml"), &script, &size);
+}
+
 /// Comparing again and again takes no more memory.
 #[test]
 fn comparisons_leave_nothing() {

@@ -27,10 +27,7 @@ pub fn fit(display: &mut Display, state: &mut State) -> bool {
         }
         let scene = state.scene();
         match (display.set_side(index, &scene, technique), made_for) {
-            (Ok(()), _) => {
-                is_new = true;
-                tell_notes(display, state, index);
-            }
+            (Ok(()), _) => is_new = true,
             (Err(error), Some(made_for)) => {
                 state.tell(Severity::Error, error.to_string());
                 state.compare.techniques[index] = made_for;
@@ -38,12 +35,17 @@ pub fn fit(display: &mut Display, state: &mut State) -> bool {
             (Err(error), None) => fail(display, state, &error),
         }
     }
+    if is_new {
+        tell_notes(display, state);
+    }
     is_new
 }
 
 /// Makes all renderers for another scene; whether A can be rendered.
 pub fn renew(display: &mut Display, state: &mut State, scene: &Scene) -> bool {
-    (0..display.sides.len()).all(|index| set(display, state, scene, index))
+    let is_done = (0..display.sides.len()).all(|index| set(display, state, scene, index));
+    tell_notes(display, state);
+    is_done
 }
 
 /// Takes the scene over to the renderers; whether A can be rendered.
@@ -76,8 +78,8 @@ fn set(display: &mut Display, state: &mut State, scene: &Scene, index: usize) ->
 }
 
 /// Says what light B leaves out and A does not.
-fn tell_notes(display: &Display, state: &mut State, index: usize) {
-    if let (1, [a, b]) = (index, display.sides.as_slice())
+fn tell_notes(display: &Display, state: &mut State) {
+    if let [a, b] = display.sides.as_slice()
         && !b.made_for.is_reference
     {
         let of_a = a.notes();
