@@ -19,7 +19,7 @@ fn main() {
 
     note_commit();
 
-    if let Err(message) = compile_all().and_then(|()| share_constants()) {
+    if let Err(message) = compile_all().and_then(|()| share_all_constants()) {
         for line in message.lines() {
             println!("cargo::error={line}");
         }
@@ -67,13 +67,18 @@ fn compile_all() -> Result<(), String> {
     compile_files(
         &compiler,
         Path::new("examples/embed_ash"),
-        ["floor.vert", "floor.frag"],
+        &["floor.vert", "floor.frag"],
     )?;
     if std::env::var_os("CARGO_FEATURE_VIEWER").is_some() {
         compile_files(
             &compiler,
             Path::new(VIEWER),
-            ["present.vert", "present.frag"],
+            &[
+                "present.vert",
+                "present.frag",
+                "heat_map.frag",
+                "differences.comp",
+            ],
         )?;
     }
     let mut table = String::from("use super::{Binding, BindingKind, Shader, StructLayout};\n");
@@ -119,15 +124,26 @@ fn compile_all() -> Result<(), String> {
     std::fs::write(&file, table).map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// Makes Rust constants of those in `glsl/shared/constants.glsl`: `const uint NAME = 8;` or
+/// Makes Rust constants of those of the renderer's shaders and of the viewer's.
+///
+/// # Errors
+/// As [`share_constants`].
+fn share_all_constants() -> Result<(), String> {
+    share_constants("glsl/shared/constants.glsl", "constants.rs")?;
+    match std::env::var_os("CARGO_FEATURE_VIEWER") {
+        Some(_) => share_constants("glsl/viewer/constants.glsl", "viewer_constants.rs"),
+        None => Ok(()),
+    }
+}
+
+/// Makes Rust constants of those in the file `from`: `const uint NAME = 8;` or
 /// `const uint NAME[2] = uint[](8, 9);`, of uint, int or float, a line each. Comments above them
 /// become their documentation.
 ///
 /// # Errors
 /// Where a line is something else.
-fn share_constants() -> Result<(), String> {
-    const FILE: &str = "glsl/shared/constants.glsl";
-    let source = std::fs::read_to_string(FILE).map_err(|error| format!("{FILE}: {error}"))?;
+fn share_constants(from: &str, to: &str) -> Result<(), String> {
+    let source = std::fs::read_to_string(from).map_err(|error| format!("{from}: {error}"))?;
     let mut constants = String::new();
     let mut comment = String::new();
     for (index, line) in source.lines().enumerate() {
@@ -159,10 +175,10 @@ fn share_constants() -> Result<(), String> {
             constants += &std::mem::take(&mut comment);
             constants += &constant;
         } else {
-            return Err(format!("{FILE}, line {}: no constant: {line}", index + 1));
+            return Err(format!("{from}, line {}: no constant: {line}", index + 1));
         }
     }
-    let file = out_dir().join("constants.rs");
+    let file = out_dir().join(to);
     std::fs::write(&file, constants).map_err(|error| format!("{}: {error}", file.display()))
 }
 
@@ -170,7 +186,7 @@ fn share_constants() -> Result<(), String> {
 ///
 /// # Errors
 /// As [`compile_all`].
-fn compile_files(compiler: &Compiler, folder: &Path, names: [&str; 2]) -> Result<(), String> {
+fn compile_files(compiler: &Compiler, folder: &Path, names: &[&str]) -> Result<(), String> {
     for name in names {
         let source = folder.join(name);
         if source.exists() {
@@ -322,7 +338,12 @@ impl Compiler {
             options.add_macro_definition(name, None);
         }
         options.set_include_callback(|name, _, _, _| {
-            let path = Path::new("glsl/shared").join(name);
+            // As glslc: beside the shader, or else in the shared folder.
+            let beside = source.with_file_name(name);
+            let path = match beside.exists() {
+                true => beside,
+                false => Path::new("glsl/shared").join(name),
+            };
             Ok(ResolvedInclude {
                 resolved_name: path.display().to_string(),
                 content: std::fs::read_to_string(&path)

@@ -98,6 +98,21 @@ fn section<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Val
         .unwrap()
 }
 
+fn json(file: &Path) -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap()
+}
+
+/// L1 of two files, by `nephroid compare`.
+fn l1_by_compare(folder: &Path, a: &str, b: &str) -> f64 {
+    let mut compare = nephroid();
+    compare
+        .current_dir(folder)
+        .args(["compare", a, b, "--json"]);
+    let output = compare.assert().success().get_output().stdout.clone();
+    let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
+    report["l1"].as_f64().unwrap()
+}
+
 /// A small scene in a file of its own, whose sun has this irradiance.
 fn small_scene(irradiance: f64) -> String {
     format!(
@@ -175,8 +190,7 @@ fn a_screenshot_is_the_rendered_picture() {
     assert!(most <= 1, "a channel differs by {most}");
     // A picture of one colour would be equal, too.
     assert!(shown.as_raw().iter().any(|b| *b > 150) && shown.as_raw().iter().any(|b| *b < 60));
-    let sidecar = std::fs::read_to_string(folder.path().join("shot.json")).unwrap();
-    let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap();
+    let sidecar = json(&folder.path().join("shot.json"));
     assert_eq!(sidecar["settings"]["method"], "footprint");
     assert!(folder.path().join("shot.exr").exists());
 }
@@ -284,6 +298,171 @@ fn long_runs_are_steady() {
     assert!(idle["cores"].as_f64().unwrap() < 0.02, "{report}");
     // A panel may ask for a last frame.
     assert!(idle["frames"].as_u64().unwrap() <= 2, "{report}");
+}
+
+/// A comparison takes whatever happens in the window, and ends without a trace.
+#[test]
+fn two_sides_are_compared() {
+    let script = "set light-maps 0.25\nset refine off\nset panels off\nframes 2\nscreenshot before.png\n\
+         set compare-method points\nset compare-samples 20000\nset compare on\nframes 3\nscreenshot split.png\n\
+         drag left 160 90 80 90 3\nscreenshot dragged.png\nset divider 0\nframes 1\n\
+         set compare-method beams\nframes 2\nset compare-error 0.1\nset compare-method footprint\nframes 2\n\
+         key H\nframes 3\nscreenshot heat.png\nset heat-map-relative on\nset heat-map-scale 0.1\nframes 2\n\
+         size 200 150\nframes 2\nsize 320 180\nframes 2\nset panels on\nframes 2\nset panels off\n\
+         play\nframes 4\npause\nset divider 0.5\nkey H\nkey X\nframes 2\nset refine on\nsettle\nset refine off\n\
+         set resolution 0.5\nframes 2\nscreenshot half.png\nset resolution 1\nset light-maps 0.5\nframes 2\n\
+         key P\nframes 3\nkey P\nexpect no error\nkey X\nkey B\nset light-maps 0.25\ntime 0\nkey V\nframes 2\n\
+         screenshot after.png\nexpect no error\n";
+    let folder = folder();
+    let scene = scene_path("ring.toml");
+    let size = ["--size", "320x180", "--validate"];
+    Display::new().report(folder.path(), &scene, script, &size);
+    let pixels = |name: &str| {
+        let picture = image::open(folder.path().join(name)).unwrap();
+        picture.into_rgb8()
+    };
+    let [before, split, dragged, heat] =
+        ["before.png", "split.png", "dragged.png", "heat.png"].map(pixels);
+    // A is shown as it is alone, and B begins at the divider.
+    let differing = |picture: &image::RgbImage, columns: std::ops::Range<u32>| {
+        let pixels = columns.flat_map(|x| (0..180).map(move |y| (x, y)));
+        let differs = |(x, y): &(u32, u32)| before.get_pixel(*x, *y) != picture.get_pixel(*x, *y);
+        pixels.filter(differs).count()
+    };
+    assert_eq!(differing(&split, 0..159), 0);
+    assert!(differing(&split, 161..320) > 1000);
+    assert_eq!(differing(&dragged, 0..79), 0);
+    assert!(differing(&dragged, 81..159) > 0);
+    // The wall has no caustic, and so no difference.
+    assert_eq!(heat.get_pixel(20, 10).0, [0, 0, 4]);
+    assert!(heat.pixels().any(|pixel| pixel.0[0] > 200));
+    assert!(before == pixels("after.png"), "the comparison left a trace");
+    assert!(folder.path().join("split.b.exr").exists());
+    assert!(!folder.path().join("after.b.exr").exists());
+    let sidecar = json(&folder.path().join("split.json"));
+    let comparison = &sidecar["comparison"];
+    assert_eq!(comparison["b"]["method"], "points");
+    assert_eq!(comparison["shown"]["split"]["divider"], 0.5);
+    assert!(json(&folder.path().join("after.json"))["comparison"].is_null());
+}
+
+/// The figures in the window are those of `bake` and `compare`.
+#[test]
+fn differences_are_measured() {
+    let folder = folder();
+    let scene = scene_path("ring.toml");
+    let script = "set refine off\nset compare on\nframes 3\nexpect picture: L1 0.0000 %\nexpect floor: L1 0.0000 %\n\
+         set compare-method points\nset compare-samples 65536\nframes 3\nscreenshot shot.png\nexpect wrote\n";
+    let size = ["--size", "320x180", "--validate"];
+    Display::new().report(folder.path(), &scene, script, &size);
+    let sidecar = json(&folder.path().join("shot.json"));
+    let differences = &sidecar["comparison"]["differences"];
+    let l1_of = |name: &str| {
+        let mut differences = differences.as_array().unwrap().iter();
+        let difference = differences.find(|difference| difference["of"] == name);
+        difference.unwrap()["l1"].as_f64().unwrap()
+    };
+    let points = ["--method", "points", "--samples", "65536"];
+    for (file, arguments) in [("a.exr", &[][..]), ("b.exr", &points)] {
+        let mut bake = nephroid();
+        bake.arg("bake")
+            .arg(&scene)
+            .args(["--receiver", "floor", "-o"]);
+        bake.arg(folder.path().join(file)).args(arguments);
+        bake.assert().success();
+    }
+    // The images are equal to the bit. The device adds up squares of 64 texels in 32-bit floats.
+    for (shown, compared) in [
+        (
+            l1_of("floor"),
+            l1_by_compare(folder.path(), "a.exr", "b.exr"),
+        ),
+        (
+            l1_of("picture"),
+            l1_by_compare(folder.path(), "shot.exr", "shot.b.exr"),
+        ),
+    ] {
+        assert!(compared > 0.01, "{compared}");
+        let off = (shown / compared - 1.0).abs();
+        assert!(off < 1e-5, "{shown} in the window, {compared} by compare");
+    }
+}
+
+/// A side may be the reference, which is refined while the scene stays as it is.
+#[test]
+fn a_side_is_the_reference() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let script = "set refine off\nset panels off\nset compare-reference on\nset compare on\nframes 2\n\
+         expect the reference begins\nwait 4\nframes 3\nexpect floor: reference ±\nscreenshot shot.png\n\
+         modifiers ctrl\ndrag left 100 60 130 60 2\nmodifiers none\nwait 4\nframes 3\nexpect floor: reference ±\n\
+         drag left 160 90 150 90 2\nsize 200 150\nframes 2\nkey X\nframes 2\nset heat-map on\nframes 3\nkey 1\nframes 2\n\
+         set compare-reference off\nset compare off\nframes 2\nexpect no error\n";
+    let size = ["--size", "320x180", "--validate"];
+    Display::new().report(folder.path(), &scene, script, &size);
+    let sidecar = json(&folder.path().join("shot.json"));
+    let comparison = &sidecar["comparison"];
+    assert_eq!(comparison["b"]["method"], "reference");
+    let [picture, floor] = [0, 1].map(|i| comparison["differences"][i]["l1"].as_f64().unwrap());
+    let error = comparison["reference_errors"][0]["error"].as_f64().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let mut bake = nephroid();
+    bake.arg("bake").arg(&scene).arg("-o").arg(file("a.exr"));
+    bake.assert().success();
+    let mut reference = nephroid();
+    reference
+        .arg("reference")
+        .arg(&scene)
+        .args(["--error", "0.005", "--no-cache", "-o"]);
+    reference.arg(file("b.exr")).assert().success();
+    let compared = l1_by_compare(folder.path(), "a.exr", "b.exr");
+    // Two references differ by no more than their errors, which are expectations.
+    let off = (floor - compared).abs();
+    assert!(
+        off < 1.5 * (error + 0.005),
+        "{floor} in the window, {compared} by compare, reference ± {error}"
+    );
+    assert!(error < 0.05 && picture < floor, "{comparison}");
+}
+
+/// A side B that cannot be rendered leaves A, and one that leaves out light says so.
+#[test]
+fn what_b_cannot_do_is_said() {
+    let other = scene_path("two_mirrors.toml");
+    let script = format!(
+        "set refine off\nset light-maps 0.25\nset compare-method beams\nset compare-samples 4000000000\n\
+         set compare on\nframes 2\nexpect B cannot be rendered\nkey Escape\n\
+         set compare-samples 1000\nset compare on\nframes 3\nexpect no error\n\
+         set compare-samples 4000000000\nframes 2\nexpect remedy\nkey Escape\n\
+         open {}\nframes 2\nexpect B: light that meets several mirrors\nexpect no error\n",
+        other.display()
+    );
+    let folder = folder();
+    let size = ["--size", "160x90", "--validate"];
+    Display::new().report(folder.path(), &scene_path("ring.toml"), &script, &size);
+}
+
+/// Comparing again and again takes no more memory.
+#[test]
+fn comparisons_leave_nothing() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let mut script = String::from("set panels off\nset refine off\nset compare-method beams\n");
+    let mut repeat = |name: &str, times: usize| {
+        writeln!(script, "measure {name}").unwrap();
+        for _ in 0..times {
+            script += "set compare on\nset heat-map on\nframes 3\nset heat-map off\n";
+            script += "drag left 30 30 40 40 2\nsize 200 150\nframes 1\nsize 160 90\nset compare off\nframes 2\n";
+        }
+    };
+    repeat("first", 10);
+    repeat("second", 10);
+    let report = Display::new().report(folder.path(), &scene, &script, &["--size", "160x90"]);
+    let memory = |name: &str| section(&report, name)["memory"].as_i64().unwrap();
+    let grown = memory("second") - memory("first");
+    assert!(grown < 4 << 20, "{grown} bytes more: {report}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::files::make_folder;
 use super::gpu_options::{budget, method_parser, relative_error};
 use super::render::picture_size;
 use super::terminal::{print, print_json};
-use crate::viewer::{self, Aim, Options, Quality, Script};
+use crate::viewer::{self, Aim, Options, Script, Technique};
 use clap::Args;
 use nephroid::render::{Method, Settings};
 use nephroid::{Error, Result};
@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(folder) = &arguments.record {
         make_folder(folder, &["frame.00000.png"])?;
     }
-    let default = Quality::default();
+    let default = Technique::default();
     let aim = match (arguments.error, arguments.samples, arguments.budget_ms) {
         (Some(error), ..) => Aim::Error(error),
         (_, Some(samples), _) => Aim::Samples(samples),
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let options = Options {
         scene: arguments.scene.clone(),
         size: arguments.size,
-        quality: Quality {
+        technique: Technique {
             method: arguments.method,
             aim,
             ..default

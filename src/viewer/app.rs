@@ -4,12 +4,12 @@ use super::display::Display;
 use super::document::Document;
 use super::host::{HostOptions, no_window, plain};
 use super::player::{Player, Step};
-use super::quality::Quality;
 use super::report::{Recorder, Report};
 use super::save::{recovery_path, save};
 use super::script::Script;
 use super::session::Session;
 use super::state::{Severity, State};
+use super::technique::Technique;
 use crate::cli::signals::cancelled;
 use crate::cli::terminal::log;
 use nephroid::gpu::Messages;
@@ -31,7 +31,7 @@ pub struct Options {
     pub scene: PathBuf,
     /// Pixels.
     pub size: [u32; 2],
-    pub quality: Quality,
+    pub technique: Technique,
     pub device: Option<String>,
     pub validate: bool,
     pub script: Option<Script>,
@@ -126,8 +126,8 @@ impl App {
             messages: self.messages.clone(),
         };
         let display = Display::new(&window, &options)?;
-        let quality = self.options.quality.clone();
-        let mut state = State::new(document, quality, display.device().clone());
+        let technique = self.options.technique;
+        let mut state = State::new(document, technique, display.device().clone());
         for warning in &self.warnings {
             state.tell(Severity::Note, warning);
         }
@@ -175,6 +175,7 @@ impl App {
         if now >= self.next_poll {
             self.next_poll = now + POLL;
             open.reload_changes();
+            open.needs_frame |= open.has_news();
         }
         let mut until = self.next_poll;
         let mut draws = open.needs_frame;

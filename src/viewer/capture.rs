@@ -1,5 +1,6 @@
-//! Reads pictures back: the one that the window shows, without its panels, and its linear radiance.
+//! Reads pictures back: what the window shows, without its panels, and the linear radiance of each side.
 
+use super::compare::Shown;
 use super::host::{Host, failed};
 use super::present::{Present, whole};
 use super::swapchain::color_range;
@@ -15,8 +16,8 @@ pub struct Captured {
     pub size: [u32; 2],
     /// sRGB, three bytes a pixel.
     pub rgb: Vec<u8>,
-    /// W/m²/sr
-    pub radiance: RgbImage,
+    /// Of each side, W/m²/sr.
+    pub radiance: Vec<RgbImage>,
 }
 
 /// An image that the picture is drawn to, and memory of the host for it and the radiance.
@@ -26,16 +27,16 @@ pub struct Capture {
     image: vk::Image,
     view: vk::ImageView,
     image_memory: Option<Allocation>,
-    /// Buffers of the picture as shown, and of the radiance.
-    buffers: Vec<(vk::Buffer, Option<Allocation>)>,
+    /// Buffers of the picture as shown, and of the radiance of each side.
+    buffers: Vec<(vk::Buffer, Allocation)>,
 }
 
 impl Capture {
-    /// For pictures of `size` pixels.
+    /// For pictures of `size` pixels and so many sides.
     ///
     /// # Errors
     /// [`Error::Device`] where there is not enough memory.
-    pub fn new(host: &Host, format: vk::Format, size: [u32; 2]) -> Result<Self> {
+    pub fn new(host: &Host, format: vk::Format, size: [u32; 2], sides: usize) -> Result<Self> {
         let device = &host.device;
         let extent = extent(size);
         // SAFETY: create-infos that are valid for their calls; destroyed by the host.
@@ -71,36 +72,34 @@ impl Capture {
                 image_memory: Some(memory),
                 buffers: Vec::new(),
             };
-            for bytes in [4u64, 16] {
-                let info = vk::BufferCreateInfo::default()
-                    .size(bytes * u64::from(size[0]) * u64::from(size[1]))
-                    .usage(vk::BufferUsageFlags::TRANSFER_DST);
-                let buffer = device
-                    .create_buffer(&info, None)
-                    .map_err(failed("making a buffer"))?;
-                let requirements = device.get_buffer_memory_requirements(buffer);
-                let memory = host.allocate("screenshot", requirements, MemoryLocation::GpuToCpu)?;
-                (device.bind_buffer_memory(buffer, memory.memory(), memory.offset()))
-                    .map_err(failed("binding a buffer"))?;
-                capture.buffers.push((buffer, Some(memory)));
+            for bytes in std::iter::once(4u64).chain(std::iter::repeat_n(16, sides)) {
+                let bytes = bytes * u64::from(size[0]) * u64::from(size[1]);
+                let usage = vk::BufferUsageFlags::TRANSFER_DST;
+                let made = host.buffer("screenshot", bytes, usage, MemoryLocation::GpuToCpu)?;
+                capture.buffers.push(made);
             }
             Ok(capture)
         }
     }
 
-    pub fn size(&self) -> [u32; 2] {
-        self.size
+    /// Whether it is for such pictures.
+    pub fn fits(&self, pictures: &[MapImage]) -> bool {
+        self.buffers.len() == 1 + pictures.len()
+            && pictures.iter().all(|picture| picture.size == self.size)
     }
 
-    /// Draws `picture` with `present` and copies both to the host's memory, outside of rendering. The picture is readable.
+    /// Draws what `present` has bound, and copies it and the pictures of the sides to the host's memory, outside of rendering. The
+    /// pictures are readable.
+    #[allow(clippy::too_many_arguments)] // one call
     pub fn record(
         &self,
         host: &Host,
         commands: vk::CommandBuffer,
-        present: &mut Present,
+        present: &Present,
         slot: usize,
-        picture: MapImage,
+        pictures: &[MapImage],
         exposure_ev: f64,
+        shown: Shown,
     ) {
         let device = &host.device;
         // SAFETY: the command buffer is recording, and nothing else uses these resources.
@@ -142,7 +141,7 @@ impl Capture {
                 .layer_count(1)
                 .color_attachments(&attachments);
             device.cmd_begin_rendering(commands, &info);
-            present.record(host, commands, slot, picture, self.size, exposure_ev);
+            present.record(host, commands, slot, self.size, exposure_ev, shown);
             device.cmd_end_rendering(commands);
             let source = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
             let after = [image_barrier(
@@ -153,11 +152,9 @@ impl Capture {
                 commands,
                 &vk::DependencyInfo::default().image_memory_barriers(&after),
             );
-            for ((buffer, _), (image, layout)) in self
-                .buffers
-                .iter()
-                .zip([(self.image, source), (picture.image, picture.layout)])
-            {
+            let sides = pictures.iter().map(|side| (side.image, side.layout));
+            let images = std::iter::once((self.image, source)).chain(sides);
+            for ((buffer, _), (image, layout)) in self.buffers.iter().zip(images) {
                 let region = [vk::BufferImageCopy::default()
                     .image_subresource(
                         vk::ImageSubresourceLayers::default()
@@ -187,10 +184,7 @@ impl Capture {
         let [width, height] = self.size;
         let pixels = width as usize * height as usize;
         let bytes = |index: usize, size: usize| {
-            let memory = self.buffers[index]
-                .1
-                .as_ref()
-                .and_then(Allocation::mapped_slice);
+            let memory = self.buffers[index].1.mapped_slice();
             memory
                 .map(|memory| &memory[..size * pixels])
                 .ok_or_else(|| Error::Device {
@@ -212,16 +206,19 @@ impl Capture {
                 }
             })
             .collect();
-        let radiance: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(bytes(1, 16)?);
-        let pixels = radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-        Ok(Captured {
-            size: self.size,
-            rgb,
-            radiance: RgbImage {
+        let radiance = (1..self.buffers.len()).map(|side| {
+            let radiance: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(bytes(side, 16)?);
+            let pixels = radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+            Ok(RgbImage {
                 width,
                 height,
                 pixels,
-            },
+            })
+        });
+        Ok(Captured {
+            size: self.size,
+            rgb,
+            radiance: radiance.collect::<Result<_>>()?,
         })
     }
 
@@ -235,7 +232,7 @@ impl Capture {
                 host.device.destroy_buffer(*buffer, None);
             }
         }
-        let memory = self.buffers.drain(..).filter_map(|(_, memory)| memory);
+        let memory = self.buffers.drain(..).map(|(_, memory)| memory);
         self.image_memory
             .take()
             .into_iter()

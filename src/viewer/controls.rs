@@ -1,12 +1,14 @@
 //! Actions of the pointer in the picture, and of the keys.
 
+use super::compare_panel::{drag_divider, is_on_divider, paint};
 use super::edits::Placement;
 use super::handles::{Change, Drag, Handles, in_picture, light_marks, light_under, paint_light};
 use super::orbit;
 use super::pick::{Projection, object_at};
-use super::quality::Quality;
 use super::state::{Request, Selected, State};
-use egui::{Context, Id, Key, Modifiers, PointerButton, Rect, Response, Sense, Ui, Vec2};
+use egui::{
+    Context, CursorIcon, Id, Key, Modifiers, PointerButton, Rect, Response, Sense, Ui, Vec2,
+};
 use glam::{DQuat, DVec3};
 use nephroid::glam;
 use nephroid::render::Method;
@@ -45,6 +47,9 @@ pub const KEYS: &[(&str, &str)] = &[
     ("R", "reset everything"),
     ("Ctrl+S", "save the scene"),
     ("C", "screenshot: PNG, EXR and settings"),
+    ("B", "compare two sides, A and B"),
+    ("H", "heat map of their difference"),
+    ("X", "swap A and B"),
     ("P", "profiler"),
     ("Tab", "panels"),
     ("?", "this list"),
@@ -85,10 +90,8 @@ pub fn keys(context: &Context, state: &mut State) {
         .zip(Method::ALL)
     {
         if pressed(Modifiers::NONE, key) {
-            state.quality = Quality {
-                method,
-                ..state.quality.clone()
-            };
+            let technique = &mut state.compare.techniques[0];
+            (technique.method, technique.is_reference) = (method, false);
         }
     }
     for (key, step) in [
@@ -106,12 +109,15 @@ pub fn keys(context: &Context, state: &mut State) {
         }
     }
     type Action = fn(&mut State);
-    let actions: [(Key, Action); 10] = [
+    let actions: [(Key, Action); 13] = [
         (Key::Space, |state| state.playback.toggle()),
         (Key::Home, |state| state.playback.time = 0.0),
         (Key::L, |state| state.playback.loops = !state.playback.loops),
         (Key::V, |state| state.camera = None),
         (Key::R, State::reset),
+        (Key::B, |state| state.compare.is_on = !state.compare.is_on),
+        (Key::H, |state| state.compare.toggle_heat_map()),
+        (Key::X, |state| state.compare.techniques.swap(0, 1)),
         (Key::P, |state| {
             state.windows.profiler = !state.windows.profiler
         }),
@@ -231,7 +237,16 @@ pub fn picture(ui: &mut Ui, state: &mut State, screen: Rect) {
         }
     }
 
+    let is_on_divider = match state.drag {
+        Some(drag) => drag == Drag::Divider,
+        None => (response.hover_pos())
+            .is_some_and(|pointer| is_on_divider(&state.compare, screen, pointer)),
+    };
+    if is_on_divider {
+        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
     let painter = ui.painter().with_clip_rect(area);
+    paint(&painter, &state.compare, screen, area);
     if let Some(handles) = handles {
         let hovered = match state.drag {
             Some(Drag::Handle(handle)) => Some(handle),
@@ -291,6 +306,8 @@ fn drag(
         } else if let Some(sun) = on_sun {
             state.selected = Some(Selected::Light(sun));
             Some(Drag::PlaceSun(sun))
+        } else if origin.is_some_and(|origin| is_on_divider(&state.compare, screen, origin)) {
+            Some(Drag::Divider)
         } else {
             Some(Drag::Orbit)
         };
@@ -300,7 +317,9 @@ fn drag(
     {
         let delta = response.drag_delta();
         let pointer = response.interact_pointer_pos().unwrap_or(screen.center());
-        if delta != Vec2::ZERO {
+        if drag == Drag::Divider {
+            drag_divider(&mut state.compare, screen, response.rect, pointer);
+        } else if delta != Vec2::ZERO {
             apply(
                 drag,
                 state,
@@ -350,6 +369,8 @@ fn apply(
                 projection.direction(in_picture(screen, to)),
             );
         }
+        // It moves nothing of the scene.
+        Drag::Divider => {}
         Drag::Handle(handle) => {
             if let Some(change) = handles.and_then(|handles| handles.drag(handle, from, to)) {
                 change_selected(state, scene, change);

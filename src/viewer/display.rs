@@ -1,16 +1,21 @@
 //! Draws the window: the renderer's picture and the panels over it, with two frames in flight.
 
 use super::capture::{Capture, Captured};
+use super::compare::{Difference, Shown};
+use super::differences::Differences;
 use super::host::{Host, HostOptions, failed};
 use super::present::{Present, whole};
+use super::side::{MAX_SIDES, Side, record};
 use super::slot::{Slot, slots};
 use super::swapchain::{Presented, Swapchain, color_range};
+use super::technique::Technique;
+use super::upload::Uploads;
 use ash::vk;
 use egui::{ClippedPrimitive, TexturesDelta};
 use egui_ash_renderer::allocator::GpuAllocator;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer as PanelRenderer};
-use nephroid::gpu::{Context, DeviceInfo, PassTime};
-use nephroid::render::{Frame, MapImage, Renderer, Settings};
+use nephroid::gpu::{Context, DeviceInfo};
+use nephroid::render::{Frame, MapImage};
 use nephroid::scene::Scene;
 use nephroid::{Error, Result};
 use std::collections::BTreeMap;
@@ -34,6 +39,9 @@ pub struct Draw<'a> {
     /// What to render; `None` shows the last picture again.
     pub picture: Option<Frame<'a>>,
     pub exposure_ev: f64,
+    pub shown: Shown,
+    /// Whether to add up the differences of the sides, relative to B or not.
+    pub measures: Option<bool>,
     pub panels: Panels,
     /// Whether to read the picture back, which waits for it.
     pub captures: bool,
@@ -47,11 +55,14 @@ pub struct Drawn {
     /// Time of the host, without waiting for the device or the window.
     pub host: Duration,
     pub captured: Option<Captured>,
+    /// Those of the last frame that was measured and has ended, if they are new.
+    pub differences: Option<Vec<Difference>>,
 }
 
 pub struct Display {
-    // The renderer, then the context, then the host.
-    renderer: Option<Renderer>,
+    // The renderers, then the context, then the host.
+    /// A, and B while both are compared.
+    pub sides: Vec<Side>,
     context: Arc<Context>,
     panels: PanelRenderer<GpuAllocator>,
     swapchain: Swapchain,
@@ -60,8 +71,9 @@ pub struct Display {
     pool: vk::CommandPool,
     slots: Vec<Slot>,
     next_slot: usize,
-    /// The last one that was rendered.
-    picture: Option<MapImage>,
+    /// While two sides are compared.
+    differences: Option<Differences>,
+    uploads: Uploads,
     /// Whether the images no longer fit the window.
     is_stale: bool,
     host: Host,
@@ -96,7 +108,7 @@ impl Display {
         .map_err(panels_failed)?;
         let (pool, slots) = slots(&host, FRAMES_IN_FLIGHT)?;
         Ok(Self {
-            renderer: None,
+            sides: Vec::with_capacity(MAX_SIDES),
             context,
             panels,
             swapchain,
@@ -105,7 +117,8 @@ impl Display {
             pool,
             slots,
             next_slot: 0,
-            picture: None,
+            differences: None,
+            uploads: Uploads::default(),
             is_stale: true,
             host,
         })
@@ -115,62 +128,44 @@ impl Display {
         &self.host.info
     }
 
-    /// The renderer's notes on light that it leaves out, one sentence each.
-    pub fn notes(&self) -> Vec<String> {
-        self.renderer
-            .as_ref()
-            .map(Renderer::notes)
-            .unwrap_or_default()
-    }
-
-    /// Makes a renderer for another scene or other settings. Where that fails, the last one stays.
+    /// Makes a side's renderer, for another scene or another technique. Where that fails, the last one stays.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
-    pub fn set_scene(&mut self, scene: &Scene, settings: &Settings) -> Result<()> {
-        let settings = Settings {
-            frames_in_flight: FRAMES_IN_FLIGHT as u32,
-            ..settings.clone()
-        };
-        let renderer = Renderer::new(&self.context, scene, &settings)?;
+    /// As [`Side::new`].
+    pub fn set_side(&mut self, index: usize, scene: &Scene, technique: &Technique) -> Result<()> {
+        let side = Side::new(&self.context, scene, technique, FRAMES_IN_FLIGHT)?;
+        if index > 0 && self.differences.is_none() {
+            self.differences = Some(Differences::new(&self.host, FRAMES_IN_FLIGHT)?);
+        }
         // The old one may be in use by frames in flight.
         self.host.wait_idle();
-        self.present.forget_pictures();
-        self.picture = None;
-        self.renderer = Some(renderer);
+        match self.sides.get_mut(index) {
+            Some(old) => *old = side,
+            None => self.sides.push(side),
+        }
         Ok(())
     }
 
-    /// Whether the scene differs from the renderer's only in what a frame can change.
-    ///
-    /// # Errors
-    /// As [`Renderer::update`]: the scene needs [`Display::set_scene`], or cannot be rendered.
-    pub fn update(&mut self, scene: &Scene) -> Result<()> {
-        self.renderer
-            .as_mut()
-            .expect("a scene was set")
-            .update(scene)
-    }
-
-    pub fn set_error(&mut self, error: f32) {
-        if let Some(renderer) = &mut self.renderer {
-            renderer.set_error(error);
+    /// Keeps side A only.
+    pub fn end_comparison(&mut self) {
+        self.host.wait_idle();
+        self.sides.truncate(1);
+        self.uploads.destroy(&self.host);
+        if let Some(mut differences) = self.differences.take() {
+            differences.destroy(&self.host);
         }
     }
 
-    /// Times passes from now on, or no longer.
-    pub fn time_passes(&mut self, on: bool) {
-        if let Some(renderer) = &mut self.renderer {
-            renderer.time_passes(on);
-        }
+    /// Whether differences were recorded that no frame has told yet.
+    pub fn has_pending_differences(&self) -> bool {
+        (self.differences.as_ref()).is_some_and(Differences::are_pending)
     }
 
-    /// Times of the passes of the last frame that has ended.
-    pub fn take_times(&mut self) -> Vec<PassTime> {
-        self.renderer
-            .as_mut()
-            .map(Renderer::take_times)
-            .unwrap_or_default()
+    /// The pictures that the sides rendered last; none if a side has none.
+    fn pictures(&self) -> Vec<MapImage> {
+        let pictures = self.sides.iter().map(|side| side.maps.as_ref());
+        let pictures: Option<Vec<_>> = pictures.map(|maps| Some(maps?.picture)).collect();
+        pictures.unwrap_or_default()
     }
 
     /// The window has another size.
@@ -185,17 +180,7 @@ impl Display {
 
     /// Device memory by the names of its allocations, bytes, and all that is reserved.
     pub fn memory(&self) -> (BTreeMap<String, u64>, u64) {
-        let allocator = self.host.allocator().lock().expect("no panic while held");
-        let report = allocator.generate_report();
-        let mut names = BTreeMap::new();
-        for allocation in &report.allocations {
-            let name = match allocation.name.as_str() {
-                "" => "panels",
-                name => name,
-            };
-            *names.entry(name.to_owned()).or_insert(0) += allocation.size;
-        }
-        (names, report.total_capacity_bytes)
+        self.host.memory()
     }
 
     /// Makes the images of the window again if they no longer fit. Returns whether there are any.
@@ -243,16 +228,20 @@ impl Display {
             self.panels.free_texture(texture).map_err(panels_failed)?;
         }
         self.slots[index].unused.extend(&draw.panels.textures.free);
+        let mut drawn = Drawn {
+            differences: self.read_differences(index),
+            ..Drawn::default()
+        };
         let image = match self.swapchain.acquire(acquired)? {
             Presented::Done(image) => image,
-            Presented::NotReady => return Ok(Drawn::default()),
+            Presented::NotReady => return Ok(drawn),
             Presented::OutOfDate => {
                 self.is_stale = true;
-                return Ok(Drawn::default());
+                return Ok(drawn);
             }
             Presented::SurfaceLost => {
                 self.lose_surface(draw.window)?;
-                return Ok(Drawn::default());
+                return Ok(drawn);
             }
         };
 
@@ -268,28 +257,32 @@ impl Display {
                 .map_err(failed("beginning a command buffer"))?;
         }
         if let Some(frame) = &draw.picture {
-            let renderer = self.renderer.as_mut().expect("a scene was set");
             // SAFETY: the command buffer is recording, is submitted below in the order of recording, and at most
             // FRAMES_IN_FLIGHT frames are in flight.
-            let output = unsafe { renderer.record(commands, frame) }?;
-            self.picture = output.view;
-            let barrier = [vk::MemoryBarrier2::default()
-                .src_stage_mask(output.last_stage)
-                .src_access_mask(output.last_access)
-                .dst_stage_mask(
-                    vk::PipelineStageFlags2::FRAGMENT_SHADER
-                        | vk::PipelineStageFlags2::ALL_TRANSFER,
-                )
-                .dst_access_mask(vk::AccessFlags2::SHADER_READ | vk::AccessFlags2::TRANSFER_READ)];
-            let dependency = vk::DependencyInfo::default().memory_barriers(&barrier);
-            // SAFETY: a recording command buffer.
-            unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
+            unsafe {
+                let (sides, uploads) = (&mut self.sides, &mut self.uploads);
+                record(sides, &self.host, commands, frame, uploads, index)?;
+            }
         }
-        let captures = draw.captures && self.picture.is_some();
+        let pictures = self.pictures();
+        let shown = match pictures.len() {
+            MAX_SIDES => draw.shown,
+            _ => Shown::One,
+        };
+        if let (Some(first), Some(last)) = (pictures.first(), pictures.last()) {
+            (self.present).bind(&self.host, index, [*first, *last], shown)?;
+        }
+        if let (Some(is_relative), Some(differences)) = (draw.measures, &mut self.differences)
+            && let [Some(a), Some(b)] = [0, 1].map(|side| self.sides.get(side)?.maps.as_ref())
+        {
+            differences.record(&self.host, commands, index, [a, b], is_relative)?;
+        }
+        let captures = draw.captures && !pictures.is_empty();
         if captures {
-            self.record_capture(commands, index, draw.exposure_ev)?;
+            self.record_capture(commands, index, &pictures, draw.exposure_ev, shown)?;
         }
-        self.record_window(commands, index, image, &draw)?;
+        let shown = (!pictures.is_empty()).then_some(shown);
+        self.record_window(commands, index, image, &draw, shown)?;
         // SAFETY: the command buffer is complete, and its resources live until its fence is signalled.
         unsafe {
             device
@@ -316,20 +309,19 @@ impl Display {
             Presented::OutOfDate | Presented::NotReady => self.is_stale = true,
             Presented::SurfaceLost => self.lose_surface(draw.window)?,
         }
-        let captured = match (captures, &self.capture) {
-            (true, Some(capture)) => {
-                // SAFETY: a fence of this device.
-                unsafe { device.wait_for_fences(&[fence], true, u64::MAX) }
-                    .map_err(failed("waiting for a screenshot"))?;
-                Some(capture.read()?)
+        if let (true, Some(capture)) = (captures, &self.capture) {
+            // SAFETY: a fence of this device.
+            unsafe { device.wait_for_fences(&[fence], true, u64::MAX) }
+                .map_err(failed("waiting for a screenshot"))?;
+            drawn.captured = Some(capture.read()?);
+            // All frames have ended, this one last.
+            for slot in [self.next_slot, index] {
+                drawn.differences = self.read_differences(slot).or(drawn.differences);
             }
-            _ => None,
-        };
-        Ok(Drawn {
-            is_drawn: true,
-            host,
-            captured,
-        })
+        }
+        drawn.is_drawn = true;
+        drawn.host = host;
+        Ok(drawn)
     }
 
     /// Waits for all frames.
@@ -360,39 +352,35 @@ impl Display {
         Ok(())
     }
 
+    /// The differences of a slot whose frame has ended.
+    fn read_differences(&mut self, slot: usize) -> Option<Vec<Difference>> {
+        self.differences.as_mut()?.read(slot)
+    }
+
     fn record_capture(
         &mut self,
         commands: vk::CommandBuffer,
         slot: usize,
+        pictures: &[MapImage],
         exposure_ev: f64,
+        shown: Shown,
     ) -> Result<()> {
-        let picture = self.picture.expect("there is a picture");
-        if self
-            .capture
-            .as_ref()
-            .is_some_and(|capture| capture.size() != picture.size)
+        let host = &self.host;
+        if let Some(capture) = &mut self.capture
+            && !capture.fits(pictures)
         {
-            self.host.wait_idle();
-            if let Some(mut capture) = self.capture.take() {
-                capture.destroy(&self.host);
-            }
+            host.wait_idle();
+            capture.destroy(host);
+            self.capture = None;
         }
         if self.capture.is_none() {
-            self.capture = Some(Capture::new(
-                &self.host,
-                self.swapchain.format.format,
-                picture.size,
-            )?);
+            let format = self.swapchain.format.format;
+            let made = Capture::new(host, format, pictures[0].size, pictures.len())?;
+            self.capture = Some(made);
         }
         if let Some(capture) = &self.capture {
-            capture.record(
-                &self.host,
-                commands,
-                &mut self.present,
-                slot,
-                picture,
-                exposure_ev,
-            );
+            let present = &self.present;
+            capture.record(host, commands, present, slot, pictures, exposure_ev, shown);
         }
         Ok(())
     }
@@ -404,6 +392,7 @@ impl Display {
         slot: usize,
         image: u32,
         draw: &Draw,
+        shown: Option<Shown>,
     ) -> Result<()> {
         let device = &self.host.device;
         let (handle, view) = self.swapchain.images[image as usize];
@@ -448,9 +437,8 @@ impl Display {
         };
         // SAFETY: the image is this frame's.
         unsafe { device.cmd_begin_rendering(commands, &info) };
-        if let Some(picture) = self.picture {
-            self.present
-                .record(&self.host, commands, slot, picture, size, draw.exposure_ev);
+        if let Some(shown) = shown {
+            (self.present).record(&self.host, commands, slot, size, draw.exposure_ev, shown);
         }
         let panels = &draw.panels;
         (self.panels.cmd_draw(
@@ -477,6 +465,10 @@ impl Drop for Display {
         if let Some(mut capture) = self.capture.take() {
             capture.destroy(&self.host);
         }
+        if let Some(differences) = &mut self.differences {
+            differences.destroy(&self.host);
+        }
+        self.uploads.destroy(&self.host);
         self.present.destroy(&self.host);
         self.swapchain.destroy(&self.host);
         let device = &self.host.device;

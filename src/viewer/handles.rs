@@ -44,6 +44,8 @@ pub enum Drag {
     /// The sun is where the pointer is.
     PlaceSun(usize),
     Handle(Handle),
+    /// Between the two sides of a comparison.
+    Divider,
 }
 
 /// What a drag of a handle does.

@@ -10,6 +10,7 @@ use nephroid::gpu::{
 };
 use nephroid::{Error, Result};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char};
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex};
@@ -183,12 +184,52 @@ impl Host {
         (allocator.allocate(&wanted)).map_err(|error| allocation_failed(name, &error))
     }
 
+    /// A buffer that the host can read or write. The caller destroys it and frees its memory.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where there is not enough memory.
+    pub fn buffer(
+        &self,
+        name: &str,
+        bytes: u64,
+        usage: vk::BufferUsageFlags,
+        location: MemoryLocation,
+    ) -> Result<(vk::Buffer, Allocation)> {
+        let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+        // SAFETY: a create-info that is valid for the call; the buffer is bound once, to memory made for it.
+        unsafe {
+            let buffer =
+                (self.device.create_buffer(&info, None)).map_err(failed("making a buffer"))?;
+            let requirements = self.device.get_buffer_memory_requirements(buffer);
+            let memory = self.allocate(name, requirements, location)?;
+            (self.device)
+                .bind_buffer_memory(buffer, memory.memory(), memory.offset())
+                .map_err(failed("binding a buffer"))?;
+            Ok((buffer, memory))
+        }
+    }
+
     pub fn free(&self, allocation: Allocation) {
         let mut allocator = self.allocator.lock().expect("no panic while held");
         // Memory that is not known is a mistake of ours.
         allocator
             .free(allocation)
             .expect("memory of this allocator");
+    }
+
+    /// Device memory by the names of its allocations, bytes, and all that is reserved.
+    pub fn memory(&self) -> (BTreeMap<String, u64>, u64) {
+        let allocator = self.allocator.lock().expect("no panic while held");
+        let report = allocator.generate_report();
+        let mut names = BTreeMap::new();
+        for allocation in &report.allocations {
+            let name = match allocation.name.as_str() {
+                "" => "panels",
+                name => name,
+            };
+            *names.entry(name.to_owned()).or_insert(0) += allocation.size;
+        }
+        (names, report.total_capacity_bytes)
     }
 
     /// Waits until the device has nothing to do. A lost device has nothing to do.

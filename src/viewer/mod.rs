@@ -8,9 +8,13 @@
 //! ```
 
 mod app;
+mod bindings;
 mod capture;
+mod compare;
+mod compare_panel;
 mod controls;
 mod dialogs;
+mod differences;
 mod display;
 mod document;
 mod edits;
@@ -25,23 +29,29 @@ mod present;
 mod profiler;
 mod profiler_panel;
 mod quality;
+mod reference;
 mod report;
 mod save;
 mod screenshot;
 mod script;
 mod session;
+mod side;
+mod sides;
 mod slot;
 mod state;
 mod stats;
 mod swapchain;
+mod technique;
+mod technique_panel;
 mod toml_writer;
+mod upload;
 mod watch;
 mod widgets;
 
 pub use app::Options;
-pub use quality::{Aim, Quality};
 pub use report::Report;
 pub use script::Script;
+pub use technique::{Aim, Technique};
 
 use nephroid::Result;
 use std::time::Instant;

@@ -1,17 +1,17 @@
 //! The panels: settings, lights, materials and objects, the time line, and windows over the picture.
 
+use super::compare_panel;
 use super::controls;
 use super::dialogs;
 use super::edits::{Placement, same_light};
 use super::handles::sky_dial;
 use super::profiler_panel;
-use super::quality::{Aim, ERRORS};
 use super::state::{Selected, State};
-use super::widgets::{color, settled, settled_value, slide, slide_angle, triple};
-use egui::{ComboBox, Id, Panel, RichText, ScrollArea, Ui};
+use super::technique_panel::technique;
+use super::widgets::{color, settled_value, slide, slide_angle, triple};
+use egui::{Id, Panel, RichText, ScrollArea, Ui};
 use glam::DQuat;
 use nephroid::glam;
-use nephroid::render::Method;
 use nephroid::scene::{Dielectric, LightKind, MAX_LIGHT_MAP_SIDE, MaterialKind, Scene};
 
 const WIDTH: f32 = 300.0;
@@ -66,6 +66,9 @@ fn settings(ui: &mut Ui, state: &mut State) {
     ui.collapsing("Method", |ui| method(ui, state))
         .header_response
         .on_hover_text("How the caustic is computed");
+    ui.collapsing("Compare", |ui| compare_panel::settings(ui, state))
+        .header_response
+        .on_hover_text("Two techniques side by side, and their difference");
     let scene = state.scene();
     ui.collapsing("Camera", |ui| camera(ui, state, &scene));
     egui::CollapsingHeader::new("Lights")
@@ -78,68 +81,8 @@ fn settings(ui: &mut Ui, state: &mut State) {
 }
 
 fn method(ui: &mut Ui, state: &mut State) {
+    technique(ui, &mut state.compare.techniques[0]);
     let quality = &mut state.quality;
-    ComboBox::from_label("method")
-        .selected_text(quality.method.name())
-        .show_ui(ui, |ui| {
-            for method in Method::ALL {
-                ui.selectable_value(&mut quality.method, method, method.name());
-            }
-        });
-    let (error, budget, samples) = (Aim::Error(0.02), Aim::Budget(50.0), Aim::Samples(16_384));
-    let is_kind = |aim: Aim| std::mem::discriminant(&aim) == std::mem::discriminant(&quality.aim);
-    let kinds = [
-        (error, "error"),
-        (budget, "frame time"),
-        (samples, "samples"),
-    ]
-    .map(|(aim, name)| (aim, name, is_kind(aim)));
-    ui.horizontal(|ui| {
-        ui.label("aim for");
-        for (aim, name, is_kind) in kinds {
-            if ui.radio(is_kind, name).clicked() && !is_kind {
-                quality.aim = aim;
-            }
-        }
-    });
-    match &mut quality.aim {
-        Aim::Error(error) => {
-            let mut percent = 100.0 * f64::from(*error);
-            let range = 100.0 * f64::from(*ERRORS.start())..=100.0 * f64::from(*ERRORS.end());
-            if slide(ui, &mut percent, range, |s| {
-                s.logarithmic(true).suffix(" %").text("L1 error")
-            }) {
-                *error = (percent / 100.0) as f32;
-            }
-        }
-        Aim::Budget(ms) => {
-            let mut shown = f64::from(*ms);
-            if slide(ui, &mut shown, 1.0..=1000.0, |s| {
-                s.logarithmic(true).suffix(" ms").text("frame budget")
-            }) {
-                *ms = shown as f32;
-            }
-        }
-        Aim::Samples(samples) => settled(ui, "samples", samples, 1..=4_000_000, ""),
-    }
-    if quality.method == Method::Footprint {
-        settled(
-            ui,
-            "environment cells",
-            &mut quality.environment_cells,
-            8..=100_000,
-            "",
-        );
-        settled(
-            ui,
-            "environment images",
-            &mut quality.environment_images,
-            1..=64,
-            " per sample",
-        );
-    } else if !matches!(quality.aim, Aim::Samples(_)) {
-        ui.label("Only footprint aims for an error or a time.");
-    }
     ui.horizontal(|ui| {
         ui.label("light maps");
         for (factor, name) in [(0.25, "¼"), (0.5, "½"), (1.0, "1"), (2.0, "2")] {

@@ -1,9 +1,9 @@
 //! Replays a script.
 
-use super::quality::Aim;
 use super::report::Recorder;
 use super::script::{Command, Hands, Script, failed};
 use super::state::{Request, Selected, Severity, State};
+use super::technique::{Aim, Technique};
 use egui::Event;
 use nephroid::Result;
 use nephroid::render::Method;
@@ -131,15 +131,11 @@ impl Player {
             Command::Export(path) => state.requests.push(Request::ExportProfile(path)),
             Command::Measure(name) => recorder.measure(&name),
             Command::Expect(text) => {
-                if !state
-                    .messages
-                    .iter()
-                    .any(|(_, message)| message.contains(&text))
-                {
-                    return Err(format!(
-                        "no message has `{text}`; there is: {:?}",
-                        state.messages
-                    ));
+                let differences = state.compare.lines(&state.document.base);
+                let messages = state.messages.iter().map(|(_, message)| message);
+                let lines: Vec<_> = messages.chain(&differences).collect();
+                if !lines.iter().any(|line| line.contains(&text)) {
+                    return Err(format!("no message has `{text}`; there is: {lines:?}"));
                 }
             }
             Command::ExpectNoError => {
@@ -163,46 +159,72 @@ impl Player {
     }
 }
 
-/// Sets what a panel sets.
-fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
-    let number = || {
-        value
-            .parse::<f64>()
-            .ok()
-            .filter(|x| x.is_finite())
-            .ok_or_else(|| format!("`{value}` is no number"))
-    };
-    let count = || {
-        value
-            .parse::<u32>()
-            .map_err(|_| format!("`{value}` is no whole number"))
-    };
-    let switch = || match value {
+fn number(value: &str) -> Result<f64, String> {
+    let number = value.parse::<f64>().ok().filter(|x| x.is_finite());
+    number.ok_or_else(|| format!("`{value}` is no number"))
+}
+
+fn count(value: &str) -> Result<u32, String> {
+    (value.parse::<u32>()).map_err(|_| format!("`{value}` is no whole number"))
+}
+
+fn switch(value: &str) -> Result<bool, String> {
+    match value {
         "on" => Ok(true),
         "off" => Ok(false),
         _ => Err(format!("`{value}` is neither on nor off")),
-    };
-    let quality = &mut state.quality;
+    }
+}
+
+/// Sets what a panel sets of a side; whether there is such a value.
+fn set_technique(technique: &mut Technique, name: &str, value: &str) -> Result<bool, String> {
     match name {
         "method" => {
             let method = Method::ALL
                 .into_iter()
                 .find(|method| method.name() == value);
-            quality.method = method.ok_or_else(|| format!("there is no method `{value}`"))?;
+            technique.method = method.ok_or_else(|| format!("there is no method `{value}`"))?;
         }
-        "error" => quality.aim = Aim::Error((number()? as f32).clamp(1e-4, 1.0)),
-        "budget" => quality.aim = Aim::Budget((number()? as f32).clamp(0.1, 1e5)),
-        "samples" => quality.aim = Aim::Samples(count()?.max(1)),
-        "cells" => quality.environment_cells = count()?.max(8),
-        "images" => quality.environment_images = count()?.max(1),
-        "antialias" => quality.antialias = count()?.clamp(1, 16),
-        "resolution" => quality.resolution = number()?.clamp(0.1, 1.0) as f32,
-        "light-maps" => quality.light_map_scale = number()?.clamp(0.01, 16.0),
-        "refine" => quality.refines = switch()?,
-        "exposure" => state.document.history.now.exposure_ev = Some(number()?),
-        "panels" => state.windows.panels = switch()?,
-        "profiler" => state.windows.profiler = switch()?,
-        "loop" => state.playback.loops = switch()?,
+        "reference" => technique.is_reference = switch(value)?,
+        "error" => technique.aim = Aim::Error((number(value)? as f32).clamp(1e-4, 1.0)),
+        "budget" => technique.aim = Aim::Budget((number(value)? as f32).clamp(0.1, 1e5)),
+        "samples" => technique.aim = Aim::Samples(count(value)?.max(1)),
+        "cells" => technique.environment_cells = count(value)?.max(8),
+        "images" => technique.environment_images = count(value)?.max(1),
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
+
+/// Sets what a panel sets.
+fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
+    let (side, of_side) = match name.strip_prefix("compare-") {
+        Some(name) => (1, name),
+        None => (0, name),
+    };
+    if set_technique(&mut state.compare.techniques[side], of_side, value)? {
+        return Ok(());
+    }
+    let quality = &mut state.quality;
+    match name {
+        "compare" => state.compare.is_on = switch(value)?,
+        "divider" => state.compare.divider = number(value)?.clamp(0.0, 1.0) as f32,
+        "heat-map" => state.compare.heat_map.is_on = switch(value)?,
+        "heat-map-relative" => state.compare.heat_map.is_relative = switch(value)?,
+        "heat-map-scale" => {
+            state.compare.heat_map.scale = match value {
+                "auto" => None,
+                _ => Some(number(value)?.clamp(1e-9, 1e9)),
+            }
+        }
+        "antialias" => quality.antialias = count(value)?.clamp(1, 16),
+        "resolution" => quality.resolution = number(value)?.clamp(0.1, 1.0) as f32,
+        "light-maps" => quality.light_map_scale = number(value)?.clamp(0.01, 16.0),
+        "refine" => quality.refines = switch(value)?,
+        "exposure" => state.document.history.now.exposure_ev = Some(number(value)?),
+        "panels" => state.windows.panels = switch(value)?,
+        "profiler" => state.windows.profiler = switch(value)?,
+        "loop" => state.playback.loops = switch(value)?,
         _ => return Err(format!("there is no setting `{name}`")),
     }
     Ok(())

@@ -1,31 +1,39 @@
-//! Draws the renderer's picture to the window: exposure, tone mapping and sRGB.
+//! Draws pictures to the window: exposure, tone mapping and sRGB, or the heat map of two sides.
 
+use super::bindings::{Bindings, Layout, module};
+use super::compare::Shown;
 use super::host::{Host, failed};
 use ash::vk;
 use nephroid::Result;
 use nephroid::render::MapImage;
 
 const VERTEX: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/present.vert.spv"));
-const FRAGMENT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/present.frag.spv"));
+const PRESENT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/present.frag.spv"));
+const HEAT_MAP: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/heat_map.frag.spv"));
 
-/// The layout of `glsl/viewer/present.frag`.
+/// Width of the line between two sides, pixels.
+const DIVIDER_WIDTH: u32 = 2;
+
+/// The layout of `glsl/viewer/pictures.glsl`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Push {
     size: [f32; 2],
     exposure: f32,
     encodes: u32,
+    side: u32,
+    scale: f32,
+    is_relative: u32,
 }
 
-/// The pipeline, and descriptor sets for the pictures of the frames in flight. The host destroys it with [`Present::destroy`].
+/// The pipelines, and descriptor sets for the pictures of the frames in flight. The host destroys it with [`Present::destroy`].
 pub struct Present {
-    sampler: vk::Sampler,
-    set_layout: vk::DescriptorSetLayout,
-    layout: vk::PipelineLayout,
+    /// A set for each frame in flight.
+    bindings: Bindings,
     pipeline: vk::Pipeline,
-    pool: vk::DescriptorPool,
-    /// One for each frame in flight, with the picture that it shows.
-    sets: Vec<(vk::DescriptorSet, vk::ImageView)>,
+    /// Made when it is first shown.
+    heat_map: Option<vk::Pipeline>,
+    format: vk::Format,
     encodes: bool,
 }
 
@@ -35,155 +43,164 @@ impl Present {
     /// # Errors
     /// [`nephroid::Error::Device`] where the device fails.
     pub fn new(host: &Host, format: vk::Format, encodes: bool, frames: usize) -> Result<Self> {
-        let device = &host.device;
-        // SAFETY: create-infos that are valid for their calls; destroyed by the host.
-        unsafe {
-            let info = vk::SamplerCreateInfo::default()
-                .mag_filter(vk::Filter::LINEAR)
-                .min_filter(vk::Filter::LINEAR)
-                .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
-                .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE);
-            let sampler =
-                (device.create_sampler(&info, None)).map_err(failed("making a sampler"))?;
-            let bindings = [vk::DescriptorSetLayoutBinding::default()
-                .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
-                .descriptor_count(1)
-                .stage_flags(vk::ShaderStageFlags::FRAGMENT)];
-            let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-            let set_layout = (device.create_descriptor_set_layout(&info, None))
-                .map_err(failed("making a descriptor layout"))?;
-            let sizes = [vk::DescriptorPoolSize {
-                ty: vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-                descriptor_count: frames as u32,
-            }];
-            let info = vk::DescriptorPoolCreateInfo::default()
-                .max_sets(frames as u32)
-                .pool_sizes(&sizes);
-            let pool = (device.create_descriptor_pool(&info, None))
-                .map_err(failed("making a descriptor pool"))?;
-            let set_layouts = vec![set_layout; frames];
-            let info = vk::DescriptorSetAllocateInfo::default()
-                .descriptor_pool(pool)
-                .set_layouts(&set_layouts);
-            let sets = (device.allocate_descriptor_sets(&info))
-                .map_err(failed("allocating descriptor sets"))?;
-            let ranges = [vk::PushConstantRange {
-                stage_flags: vk::ShaderStageFlags::FRAGMENT,
-                offset: 0,
-                size: size_of::<Push>() as u32,
-            }];
-            let info = vk::PipelineLayoutCreateInfo::default()
-                .set_layouts(&set_layouts[..1])
-                .push_constant_ranges(&ranges);
-            let layout = (device.create_pipeline_layout(&info, None))
-                .map_err(failed("making a pipeline layout"))?;
-            Ok(Self {
-                sampler,
-                set_layout,
-                layout,
-                pipeline: pipeline(device, layout, format)?,
-                pool,
-                sets: sets
-                    .into_iter()
-                    .map(|set| (set, vk::ImageView::null()))
-                    .collect(),
-                encodes,
-            })
-        }
+        let layout = Layout {
+            stage: vk::ShaderStageFlags::FRAGMENT,
+            images: 2,
+            has_buffer: false,
+            filter: vk::Filter::LINEAR,
+            push_bytes: size_of::<Push>(),
+        };
+        let bindings = Bindings::new(host, layout, frames)?;
+        Ok(Self {
+            pipeline: pipeline(&host.device, bindings.layout, format, PRESENT)?,
+            bindings,
+            heat_map: None,
+            format,
+            encodes,
+        })
     }
 
-    /// Records the picture, within rendering to a target of `size` pixels. The slot's last frame has ended.
-    pub fn record(
+    /// Binds the pictures of both sides for what is recorded next; one side is bound twice. The slot's last frame has ended.
+    ///
+    /// # Errors
+    /// [`nephroid::Error::Device`] where the device fails.
+    pub fn bind(
         &mut self,
+        host: &Host,
+        slot: usize,
+        pictures: [MapImage; 2],
+        shown: Shown,
+    ) -> Result<()> {
+        self.bindings.write(host, slot, &pictures, None);
+        if matches!(shown, Shown::HeatMap { .. }) && self.heat_map.is_none() {
+            let layout = self.bindings.layout;
+            self.heat_map = Some(pipeline(&host.device, layout, self.format, HEAT_MAP)?);
+        }
+        Ok(())
+    }
+
+    /// Records what was bound, within rendering to a target of `size` pixels.
+    pub fn record(
+        &self,
         host: &Host,
         commands: vk::CommandBuffer,
         slot: usize,
-        picture: MapImage,
         size: [u32; 2],
         exposure_ev: f64,
+        shown: Shown,
     ) {
         let device = &host.device;
-        let (set, shown) = &mut self.sets[slot];
         let [width, height] = size.map(|side| side as f32);
-        let push = Push {
-            size: [width, height],
-            exposure: exposure_ev.exp2() as f32,
-            encodes: self.encodes.into(),
+        let point = vk::PipelineBindPoint::GRAPHICS;
+        let (scale, is_relative) = match shown {
+            Shown::HeatMap { scale, is_relative } => (scale, is_relative),
+            _ => (1.0, false),
         };
-        // SAFETY: the command buffer is recording, and the set is not in use.
-        unsafe {
-            if *shown != picture.view {
-                let images = [vk::DescriptorImageInfo {
-                    sampler: self.sampler,
-                    image_view: picture.view,
-                    image_layout: picture.layout,
-                }];
-                let write = vk::WriteDescriptorSet::default()
-                    .dst_set(*set)
-                    .descriptor_type(vk::DescriptorType::COMBINED_IMAGE_SAMPLER)
-                    .image_info(&images);
-                device.update_descriptor_sets(&[write], &[]);
-                *shown = picture.view;
-            }
-            let viewport = vk::Viewport {
-                width,
-                height,
-                max_depth: 1.0,
-                ..Default::default()
+        let draw = |pipeline, side, columns: [u32; 2]| {
+            let push = Push {
+                size: [width, height],
+                exposure: exposure_ev.exp2() as f32,
+                encodes: self.encodes.into(),
+                side,
+                scale: scale as f32,
+                is_relative: is_relative.into(),
             };
-            device.cmd_set_viewport(commands, 0, &[viewport]);
-            device.cmd_set_scissor(commands, 0, &[whole(size)]);
-            let point = vk::PipelineBindPoint::GRAPHICS;
-            device.cmd_bind_pipeline(commands, point, self.pipeline);
-            device.cmd_bind_descriptor_sets(commands, point, self.layout, 0, &[*set], &[]);
             let stages = vk::ShaderStageFlags::FRAGMENT;
-            device.cmd_push_constants(commands, self.layout, stages, 0, bytemuck::bytes_of(&push));
-            device.cmd_draw(commands, 3, 1, 0, 0);
+            // SAFETY: the command buffer is recording, and the slot's set is bound to pictures.
+            unsafe {
+                device.cmd_bind_pipeline(commands, point, pipeline);
+                device.cmd_set_scissor(commands, 0, &[strip(columns, size[1])]);
+                let bytes = bytemuck::bytes_of(&push);
+                device.cmd_push_constants(commands, self.bindings.layout, stages, 0, bytes);
+                device.cmd_draw(commands, 3, 1, 0, 0);
+            }
+        };
+        let viewport = vk::Viewport {
+            width,
+            height,
+            max_depth: 1.0,
+            ..Default::default()
+        };
+        let set = self.bindings.sets[slot];
+        // SAFETY: the command buffer is recording.
+        unsafe {
+            device.cmd_set_viewport(commands, 0, &[viewport]);
+            device.cmd_bind_descriptor_sets(commands, point, self.bindings.layout, 0, &[set], &[]);
         }
-    }
-
-    /// Forgets which pictures are bound: a new renderer may have other images behind equal handles.
-    pub fn forget_pictures(&mut self) {
-        for (_, shown) in &mut self.sets {
-            *shown = vk::ImageView::null();
+        match shown {
+            Shown::One => draw(self.pipeline, 0, [0, size[0]]),
+            Shown::HeatMap { .. } => {
+                let heat_map = self.heat_map.expect("it was made when it was bound");
+                draw(heat_map, 0, [0, size[0]]);
+            }
+            Shown::Split { divider } => {
+                let middle = ((divider * width).round() as u32).min(size[0]);
+                for (side, columns) in [(0, [0, middle]), (1, [middle, size[0]])] {
+                    if columns[0] < columns[1] {
+                        draw(self.pipeline, side, columns);
+                    }
+                }
+                let half = DIVIDER_WIDTH / 2;
+                let line = [middle.saturating_sub(half), (middle + half).min(size[0])];
+                clear(device, commands, strip(line, size[1]));
+            }
         }
     }
 
     /// The device must be idle.
     pub fn destroy(&self, host: &Host) {
-        let device = &host.device;
-        // SAFETY: the device is idle.
-        unsafe {
-            device.destroy_pipeline(self.pipeline, None);
-            device.destroy_pipeline_layout(self.layout, None);
-            device.destroy_descriptor_pool(self.pool, None);
-            device.destroy_descriptor_set_layout(self.set_layout, None);
-            device.destroy_sampler(self.sampler, None);
+        for pipeline in [self.pipeline, self.heat_map.unwrap_or_default()] {
+            // SAFETY: the device is idle.
+            unsafe { host.device.destroy_pipeline(pipeline, None) };
         }
+        self.bindings.destroy(host);
     }
 }
 
 /// All of a target.
 pub fn whole([width, height]: [u32; 2]) -> vk::Rect2D {
+    strip([0, width], height)
+}
+
+/// Columns of a target from the first up to the second.
+fn strip([from, to]: [u32; 2], height: u32) -> vk::Rect2D {
     vk::Rect2D {
-        offset: Default::default(),
-        extent: vk::Extent2D { width, height },
+        offset: vk::Offset2D {
+            x: from as i32,
+            y: 0,
+        },
+        extent: vk::Extent2D {
+            width: to - from,
+            height,
+        },
     }
 }
 
-unsafe fn pipeline(
+/// Fills a part of the target with the colour of the divider.
+fn clear(device: &ash::Device, commands: vk::CommandBuffer, rect: vk::Rect2D) {
+    let attachment = [vk::ClearAttachment {
+        aspect_mask: vk::ImageAspectFlags::COLOR,
+        color_attachment: 0,
+        clear_value: vk::ClearValue {
+            color: vk::ClearColorValue { float32: [1.0; 4] },
+        },
+    }];
+    let rects = [vk::ClearRect {
+        rect,
+        base_array_layer: 0,
+        layer_count: 1,
+    }];
+    // SAFETY: within rendering, and inside the target.
+    unsafe { device.cmd_clear_attachments(commands, &attachment, &rects) };
+}
+
+fn pipeline(
     device: &ash::Device,
     layout: vk::PipelineLayout,
     format: vk::Format,
+    fragment: &[u8],
 ) -> Result<vk::Pipeline> {
-    let module = |bytes: &[u8]| -> Result<vk::ShaderModule> {
-        let words =
-            ash::util::read_spv(&mut std::io::Cursor::new(bytes)).expect("SPIR-V of the compiler");
-        let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: SPIR-V of the compiler.
-        unsafe { device.create_shader_module(&info, None) }.map_err(failed("loading a shader"))
-    };
-    let modules = [module(VERTEX)?, module(FRAGMENT)?];
+    let modules = [module(device, VERTEX)?, module(device, fragment)?];
     let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
     let stages = [0, 1].map(|i| {
         vk::PipelineShaderStageCreateInfo::default()

@@ -7,15 +7,19 @@ use super::edits::Edits;
 use super::panels;
 use super::player::Player;
 use super::profiler::FrameTimes;
-use super::quality::{Aim, Quality, STAGES};
+use super::quality::{Quality, STAGES};
+use super::reference::Reference;
 use super::save::save;
 use super::screenshot;
+use super::side::Side;
+use super::sides;
 use super::state::{Request, Severity, State};
+use super::technique::Technique;
 use super::watch::Watch;
 use glam::DVec3;
-use nephroid::render::{Frame, FrameBudget, ViewFrame};
+use nephroid::render::{Frame, ViewFrame};
 use nephroid::scene::Scene;
-use nephroid::{Error, Result, glam};
+use nephroid::{Result, glam};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -35,8 +39,12 @@ struct PictureKey {
     edits: Edits,
     view: (DVec3, DVec3, f64),
     quality: Quality,
+    techniques: Vec<Technique>,
     size: [u32; 2],
 }
+
+/// Quality, technique of side A and edits.
+type Good = (Quality, Technique, Edits);
 
 /// Everything that lives as long as the window.
 pub struct Session {
@@ -47,13 +55,14 @@ pub struct Session {
     pub window: Arc<Window>,
     pub state: State,
     watch: Watch,
-    /// Key and refinement stage of the last picture.
-    shown: Option<(PictureKey, u32)>,
-    /// The quality that the renderer was made for.
-    made_for: Quality,
-    /// The quality and the edits of the last picture that could be made.
-    last_good: (Quality, Edits),
-    budget: Option<(f32, FrameBudget)>,
+    /// Key, refinement stage and number of the reference's light maps of the last picture.
+    shown: Option<(PictureKey, u32, u64)>,
+    /// While a side is the reference, with the time, edits and light-map scale that it is of.
+    reference: Option<((f64, Edits, f64), Reference)>,
+    /// What can be set, of the last picture that could be made.
+    last_good: Good,
+    /// Whether the differences that are shown, or will be, are relative; `None` if the last pictures were not measured.
+    measured: Option<bool>,
     /// When the last picture of another key was asked for.
     changed: Instant,
     /// End of the last frame, if the next one follows at once.
@@ -78,8 +87,9 @@ impl Session {
         mut state: State,
         is_scripted: bool,
     ) -> Result<Self> {
-        display.set_scene(&state.scene(), &state.quality.settings())?;
-        for note in display.notes() {
+        let technique = state.compare.techniques[0];
+        display.set_side(0, &state.scene(), &technique)?;
+        for note in display.sides[0].notes() {
             state.tell(Severity::Note, note);
         }
         let context = egui::Context::default();
@@ -95,9 +105,9 @@ impl Session {
             window,
             watch: watch(&state.document),
             shown: None,
-            made_for: state.quality.clone(),
-            last_good: (state.quality.clone(), Edits::default()),
-            budget: None,
+            reference: None,
+            last_good: (state.quality, technique, Edits::default()),
+            measured: None,
             changed: Instant::now(),
             last_end: None,
             last_advance: None,
@@ -168,19 +178,15 @@ impl Session {
         let last = std::mem::replace(&mut self.state.document, document);
         self.state.reloaded();
         let scene = self.state.scene();
-        let settings = self.state.quality.settings();
-        if let Err(error) = self.display.set_scene(&scene, &settings) {
-            self.state.tell(Severity::Error, error.to_string());
+        if !sides::renew(&mut self.display, &mut self.state, &scene) {
             self.state.document = last;
             self.state.reloaded();
             return false;
         }
         self.watch = watch(&self.state.document);
-        self.made_for = self.state.quality.clone();
-        self.last_good = (
-            self.made_for.clone(),
-            self.state.document.history.now.clone(),
-        );
+        self.last_good = self.good();
+        self.state.compare.differences.clear();
+        self.reference = None;
         self.shown = None;
         true
     }
@@ -258,13 +264,16 @@ impl Session {
         self.advance();
         let panels = self.run_panels(player);
         let screenshot = self.handle_requests();
-        self.set_quality();
+        if sides::fit(&mut self.display, &mut self.state) {
+            self.shown = None;
+        }
         let window_size = self.display.size();
         let resolution = self.state.quality.resolution;
         let size = window_size.map(|side| ((side as f32 * resolution).round() as u32).max(1));
         let scene = self.state.scene();
         let key = self.key(&scene, size);
-        let is_same = self.shown.as_ref().is_some_and(|(shown, _)| *shown == key);
+        let number = self.follow_reference(&scene, &key);
+        let is_same = self.shown.as_ref().is_some_and(|(shown, ..)| *shown == key);
         if !is_same {
             self.state.stage = 0;
             self.changed = start;
@@ -276,18 +285,24 @@ impl Session {
             }
         }
         let stage = self.state.stage;
-        let wants_picture = self.shown.as_ref() != Some(&(key.clone(), stage));
+        let wants_picture = self.shown.as_ref() != Some(&(key.clone(), stage, number));
         let (antialias, factor) = self.state.quality.stage(stage);
         let mut has_picture = wants_picture;
         if wants_picture {
-            let error = self.error().map(|error| (error * factor).clamp(1e-4, 1.0));
-            if let Some(error) = error {
-                self.display.set_error(error);
+            let sides = self.display.sides.iter_mut();
+            for (side, technique) in sides.zip(self.state.compare.sides()) {
+                side.aim(technique, factor);
             }
             has_picture = self.update(&scene)?;
         }
         let takes_passes = self.state.windows.profiler;
-        self.display.time_passes(takes_passes);
+        for side in &mut self.display.sides {
+            side.time_passes(takes_passes);
+        }
+        let compare = &self.state.compare;
+        let is_relative = compare.heat_map.is_relative;
+        let is_measured = !has_picture && self.measured == Some(is_relative);
+        let measures = (compare.is_on && !is_measured).then_some(is_relative);
         let draw = Draw {
             window: &self.window,
             picture: has_picture.then_some(Frame {
@@ -296,11 +311,17 @@ impl Session {
                 view: Some(ViewFrame { size, antialias }),
             }),
             exposure_ev: scene.camera.exposure_ev,
+            shown: compare.shown(),
+            measures,
             panels,
             captures: screenshot.is_some() || (record.is_some() && has_picture),
         };
         let before = start.elapsed();
         let drawn = self.display.draw(draw)?;
+        if let Some(differences) = drawn.differences {
+            self.state.compare.differences = differences;
+            self.needs_frame = true;
+        }
         if !drawn.is_drawn {
             self.needs_frame = true;
             self.state
@@ -309,22 +330,24 @@ impl Session {
             return Ok(None);
         }
         if has_picture {
-            self.shown = Some((key, stage));
-            self.last_good = (
-                self.state.quality.clone(),
-                self.state.document.history.now.clone(),
-            );
+            self.shown = Some((key, stage, number));
+            self.last_good = self.good();
         }
-        self.is_settled = !self.state.quality.refines || stage >= STAGES;
+        if has_picture || measures.is_some() || !self.state.compare.is_on {
+            self.measured = measures;
+        }
+        let has_pending = self.display.has_pending_differences();
+        self.needs_frame |= has_pending;
+        self.is_settled = (!self.state.quality.refines || stage >= STAGES) && !has_pending;
         if let Some(captured) = &drawn.captured {
             self.write_pictures(captured, screenshot, record.filter(|_| has_picture))?;
         }
         let end = Instant::now();
         let interval = self.last_end.map(|last| 1e3 * (end - last).as_secs_f64());
         self.last_end = Some(end);
-        if has_picture && let (Some(interval), Some((_, budget))) = (interval, &mut self.budget) {
-            let asked = budget.error();
-            budget.add(Duration::from_secs_f64(1e-3 * interval), asked);
+        if let (true, Some(interval)) = (has_picture, interval) {
+            let time = Duration::from_secs_f64(1e-3 * interval);
+            (self.display.sides.iter_mut()).for_each(|side| side.add_time(time));
         }
         let times = FrameTimes {
             end: self.context.time(),
@@ -332,11 +355,9 @@ impl Session {
             host: 1e3 * (before + drawn.host).as_secs_f64(),
             ..FrameTimes::default()
         };
-        let passes = if has_picture {
-            self.display.take_times()
-        } else {
-            Vec::new()
-        };
+        // Passes of both sides have equal names, and are added up.
+        let sides = self.display.sides.iter_mut().filter(|_| has_picture);
+        let passes = sides.flat_map(Side::take_times).collect();
         self.state
             .profiler
             .add(times.clone(), has_picture && takes_passes, passes);
@@ -372,64 +393,66 @@ impl Session {
                 ..self.state.document.history.now.clone()
             },
             view: (camera.position, camera.target, camera.fov),
-            quality: self.state.quality.clone(),
+            quality: self.state.quality,
+            techniques: self.state.compare.sides().to_vec(),
             size,
         }
     }
 
-    /// The error to aim for in this frame.
-    fn error(&mut self) -> Option<f32> {
-        let quality = &self.state.quality;
-        let error = quality.error()?;
-        let Aim::Budget(ms) = quality.aim else {
-            self.budget = None;
-            return Some(error);
-        };
-        if self.budget.as_ref().is_none_or(|(of, _)| *of != ms) {
-            self.budget = Some((ms, quality.budget(ms)));
-        }
-        self.budget.as_ref().map(|(_, budget)| budget.error())
+    /// Whether the reference has something to show.
+    pub fn has_news(&self) -> bool {
+        (self.reference.as_ref()).is_some_and(|(_, reference)| reference.has_news())
     }
 
-    /// Makes a renderer for another quality. Where that fails, the quality stays as it was.
-    fn set_quality(&mut self) {
-        if self.state.quality.same_renderer(&self.made_for) {
-            return;
+    /// Refines the reference of the scene, if a side shows it; the number of its light maps.
+    fn follow_reference(&mut self, scene: &Scene, key: &PictureKey) -> u64 {
+        let compare = &mut self.state.compare;
+        compare.reference.clear();
+        if !compare.has_reference() {
+            self.reference = None;
+            return 0;
         }
-        let scene = self.state.scene();
-        match self
-            .display
-            .set_scene(&scene, &self.state.quality.settings())
-        {
-            Ok(()) => {
-                self.made_for = self.state.quality.clone();
-                self.shown = None;
-            }
-            Err(error) => {
-                self.state.tell(Severity::Error, error.to_string());
-                self.state.quality = self.made_for.clone();
-            }
+        let of = (key.time, key.edits.clone(), key.quality.light_map_scale);
+        let (last, reference) = self
+            .reference
+            .get_or_insert_with(|| (of.clone(), Reference::new(scene.clone())));
+        if *last != of {
+            *last = of;
+            reference.restart(scene.clone());
         }
+        let failure = reference.follow().err();
+        let (number, maps) = &reference.maps;
+        let errors = maps.iter().map(|map| (map.receiver, map.error));
+        compare.reference.extend(errors);
+        let sides = self.display.sides.iter_mut();
+        for side in sides.filter(|side| side.made_for.is_reference) {
+            side.set_reference(*number, maps);
+        }
+        let number = *number;
+        if let Some(failure) = failure {
+            let text = format!("there is no reference: {failure}");
+            self.state.tell(Severity::Error, text);
+        }
+        number
     }
 
-    /// Takes the scene over to the device; whether it can be rendered.
+    fn good(&self) -> Good {
+        let state = &self.state;
+        let edits = state.document.history.now.clone();
+        (state.quality, state.compare.techniques[0], edits)
+    }
+
+    /// Takes the scene over to the device; whether it can be rendered. If not, the last values that could be are set again.
     fn update(&mut self, scene: &Scene) -> Result<bool> {
-        match self.display.update(scene) {
-            Ok(()) => return Ok(true),
-            Err(error @ Error::Device { .. }) => return Err(error),
-            // Other light maps, for instance, need another renderer.
-            Err(_) => {}
-        }
-        let settings = self.state.quality.settings();
-        let Err(error) = self.display.set_scene(scene, &settings) else {
+        if sides::update(&mut self.display, &mut self.state, scene)? {
             return Ok(true);
-        };
-        self.state.tell(Severity::Error, error.to_string());
-        let (quality, edits) = self.last_good.clone();
-        let history = &mut self.state.document.history;
+        }
+        let last = self.last_good.clone();
         // What cannot be undone is not tried again in every frame.
-        self.needs_frame = quality != self.state.quality || edits != history.now;
-        (self.state.quality, history.now) = (quality, edits);
+        self.needs_frame = last != self.good();
+        let state = &mut self.state;
+        let now = &mut state.document.history.now;
+        (state.quality, state.compare.techniques[0], *now) = last;
         Ok(false)
     }
 

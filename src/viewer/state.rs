@@ -1,10 +1,12 @@
 //! State of the window and requests of the user, without Vulkan.
 
+use super::compare::Compare;
 use super::document::Document;
 use super::handles::Drag;
 use super::playback::Playback;
 use super::profiler::Profiler;
 use super::quality::Quality;
+use super::technique::Technique;
 use nephroid::gpu::DeviceInfo;
 use nephroid::scene::{Camera, Scene};
 use std::collections::VecDeque;
@@ -58,6 +60,7 @@ pub struct SaveDialog {
 pub struct State {
     pub document: Document,
     pub quality: Quality,
+    pub compare: Compare,
     pub playback: Playback,
     /// The camera that the user moved; `None` follows the scene's.
     pub camera: Option<Camera>,
@@ -77,11 +80,13 @@ pub struct State {
 }
 
 impl State {
-    pub fn new(document: Document, quality: Quality, device: DeviceInfo) -> Self {
+    /// Shows a document by a technique.
+    pub fn new(document: Document, technique: Technique, device: DeviceInfo) -> Self {
         Self {
             playback: Playback::new(document.end()),
             document,
-            quality,
+            quality: Quality::default(),
+            compare: Compare::new(technique),
             camera: None,
             selected: None,
             drag: None,

@@ -66,8 +66,9 @@ pub fn color(ui: &mut Ui, name: &str, value: &mut DVec3) {
 
 /// A number whose change is costly: it counts when the drag or the typing ends.
 pub fn settled(ui: &mut Ui, name: &str, value: &mut u32, range: RangeInclusive<u32>, unit: &str) {
+    let id = ui.make_persistent_id(name);
     ui.horizontal(|ui| {
-        settled_value(ui, Id::new(name), value, range, unit);
+        settled_value(ui, id, value, range, unit);
         ui.label(name);
     });
 }
