@@ -153,9 +153,12 @@ void lobes_of(ChainPath path, Interaction at, out Lobe lobes[2]) {
     }
 }
 
-// From 0 to 1, evenly distributed over rays and over the surfaces of a chain (Roberts 2018).
+// From 0 to 1, independent between rays and between the surfaces of a chain (PCG, Jarzynski & Olano 2020). A low-discrepancy sequence that
+// moves on from surface to surface would choose in a fixed relation there, and favour some chains.
 float choice(uint index, uint interfaces) {
-    return fract(0.5 + 0.6180340 * float(index & 0xffffu) + 0.7548777 * float(interfaces));
+    uint state = (index ^ interfaces << 24) * 747796405u + 2891336453u;
+    uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
+    return float(((word >> 22) ^ word) >> 8) / float(1u << 24);
 }
 
 // One of the two lobes, chosen in proportion to its light by a number from 0 to 1. Returns false where it is not followed.
