@@ -12,7 +12,7 @@ use nephroid::flux_balance::FluxBalance;
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{PassProfile, Spread, choose_light_maps, profile};
-use nephroid::render::{Area, Method, Renderer, Settings, ViewMemory};
+use nephroid::render::{Area, LeftOut, Method, Renderer, Settings, ViewMemory};
 use nephroid::scene::{Animation, LightKind, Scene};
 use nephroid::{Error, Result};
 use serde::Serialize;
@@ -72,6 +72,9 @@ pub struct GpuOptions {
     /// beams: formula for the area that a patch lights
     #[arg(long, value_parser = area_parser(), default_value = Settings::default().area.name())]
     area: Area,
+    /// Print what the caustic leaves out, why, and how much of the light that is
+    #[arg(long)]
+    explain: bool,
     /// Index or part of the name of the Vulkan device
     #[arg(long)]
     device: Option<String>,
@@ -290,6 +293,9 @@ pub struct CausticReport {
     pub estimated_error: Option<f32>,
     /// Whether there may be light that met several mirrors or interfaces, which the estimate leaves out.
     pub may_chain: bool,
+    /// With `--explain`: what the frame left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<Vec<LeftOut>>,
     /// Light maps with `lightmap = "auto"`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub chosen_light_maps: Vec<ChosenLightMap>,
@@ -491,7 +497,15 @@ impl GpuOptions {
         if !job.has_caustic() {
             return Ok(None);
         }
+        let flux_balance = match job.reports_flux() || self.explain {
+            true => renderer.flux_balance()?,
+            false => None,
+        };
         Ok(Some(CausticReport {
+            left_out: match self.explain {
+                true => Some(renderer.left_out(flux_balance.as_ref())?),
+                false => None,
+            },
             method: self.method,
             samples: renderer.samples()?,
             lit: renderer.lit_patches()?,
@@ -501,10 +515,7 @@ impl GpuOptions {
             environment_caustics: (scene.lights.iter())
                 .find(|light| matches!(light.kind, LightKind::Environment { .. }))
                 .map(|light| light.kind.casts_caustics()),
-            flux_balance: match job.reports_flux() {
-                true => renderer.flux_balance()?,
-                false => None,
-            },
+            flux_balance,
             budgeted: (renderer.budget()).map(|budget| budget.time().as_secs_f64()),
         }))
     }
@@ -669,6 +680,16 @@ impl Report {
             if let Some(time) = caustic.budgeted {
                 lines.push(format!("caustic  {:.2} ms", 1e3 * time));
             }
+        }
+        for left_out in (self.caustic.iter()).flat_map(|caustic| caustic.left_out.iter().flatten())
+        {
+            let share = match left_out.share {
+                None => "an unknown part of the light".into(),
+                Some(0.0) => "no light".into(),
+                Some(share) => format!("{:.2} % of the light", 100.0 * share),
+            };
+            let (what, why) = (&left_out.what, &left_out.why);
+            lines.push(format!("left out  {what}: {why} ({share})"));
         }
         let note = match self.is_first {
             true => ", the first; --profile times later ones",

@@ -13,9 +13,8 @@ const SIDES: [f64; 2] = [16.0, 1024.0];
 const SETTLED: f64 = 1.1;
 /// Renderings at most.
 const ROUNDS: usize = 5;
-/// The error of a map over its difference from a map of half the width and height: edges of light and shadow lie within a texel, so
-/// that the error falls as the inverse of the width.
-const SHARE_OF_DIFFERENCE: f64 = 0.5;
+/// The error of a map over its difference from a map of half the width and height, as measured on shipped scenes (0.7 to 0.9).
+const SHARE_OF_DIFFERENCE: f64 = 0.8;
 /// Samples that the sizes are measured with, where the settings do not aim for an error.
 const DEFAULT_ERROR: f32 = 0.02;
 

@@ -5,6 +5,7 @@ use crate::flux_balance::FluxBalance;
 use crate::gpu::Image;
 use crate::image_file::RgbImage;
 use crate::render::chains::Chains;
+use crate::render::left_out::{LeftOut, left_out};
 use crate::render::splat::resolve::Levels;
 use crate::render::{FrameBudget, MAX_PATCHES, ReceiverTile, Renderer, frame};
 use crate::scene::Camera;
@@ -123,6 +124,16 @@ impl Renderer {
         frame::count_flux(&mut self.recorder, &self.scene, &chains)?;
         self.recorder.submit()?;
         chains.read_flux_balance(&self.scene).map(Some)
+    }
+
+    /// What the last [`Renderer::caustic`] left out. [`Renderer::notes`] has what concerns the whole scene, in sentences.
+    ///
+    /// `balance` is that of [`Renderer::flux_balance`], which counts the light that chains cut off.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn left_out(&self, balance: Option<&FluxBalance>) -> Result<Vec<LeftOut>> {
+        left_out(&self.scene, &self.caustic, balance)
     }
 
     /// Renders the direct light of all lights into the direct maps and waits for it.

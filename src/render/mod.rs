@@ -22,6 +22,7 @@ mod geometry;
 #[doc(hidden)]
 pub mod gpu_types;
 mod host;
+mod left_out;
 mod lights;
 mod materials;
 mod methods;
@@ -36,6 +37,7 @@ mod view;
 
 pub use budget::FrameBudget;
 pub use host::{Frame, MapImage, MapTile, Output, ReceiverTile, ViewFrame};
+pub use left_out::LeftOut;
 pub use settings::{Area, Method, Settings};
 
 use crate::error::{Error, Result};

@@ -167,6 +167,32 @@ impl Caustic {
         }
     }
 
+    fn triangles(&self) -> Option<&Triangles> {
+        match self {
+            Self::Splat { triangles, .. } => triangles.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// Flux onto each planar receiver by a single surface, W, in the last frame; `None` where facets do not carry it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn receiver_fluxes(&self) -> Result<Option<Vec<f32>>> {
+        self.triangles().map(Triangles::receiver_fluxes).transpose()
+    }
+
+    /// Number of pairs of facet and light that sent no light to a planar receiver in the last frame, and of all pairs; `None` where
+    /// there are no facets.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn dark_facets(&self, scene: &DeviceScene) -> Result<Option<(usize, usize)>> {
+        (self.triangles())
+            .map(|triangles| triangles.dark_facets(scene))
+            .transpose()
+    }
+
     /// Whether it follows chains.
     pub fn has_chains(&self) -> bool {
         matches!(

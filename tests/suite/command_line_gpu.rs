@@ -451,6 +451,43 @@ fn bake_says_where_the_light_ends() {
     );
 }
 
+/// Work without effect has no share of the light, chains that are cut off have some, and the rest is not known.
+#[test]
+fn explain_says_what_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.exr");
+    let left_out = |name: &str| {
+        let mut bake = run("bake", &scene(name), &map);
+        bake.args(["--receiver", "floor", "--explain"]);
+        let report = json(&mut bake);
+        let list = report["caustic"]["left_out"].as_array().unwrap();
+        let entry = |of: &serde_json::Value| {
+            let what = of["what"].as_str().unwrap().to_owned();
+            assert!(!of["why"].as_str().unwrap().is_empty());
+            (what, of["share"].as_f64())
+        };
+        list.iter().map(entry).collect::<Vec<_>>()
+    };
+    let share_of = |list: &[(String, Option<f64>)], part: &str| {
+        let found: Vec<_> = list
+            .iter()
+            .filter(|(what, _)| what.contains(part))
+            .collect();
+        assert_eq!(found.len(), 1, "{part} {list:?}");
+        found[0].1
+    };
+    // Half of the ring faces away from the sun.
+    let ring = left_out("ring.toml");
+    assert_eq!(share_of(&ring, "pairs of facet and light"), Some(0.0));
+    assert_eq!(share_of(&ring, "caustics of \"sky\""), None);
+    let tumbler = left_out("tumbler.toml");
+    let faint = share_of(&tumbler, "faint lobes").unwrap();
+    assert!((1e-4..0.01).contains(&faint), "{faint}");
+    // A flat mirror has no chains, and nothing stands in its way.
+    let mirror = left_out("mirror.toml");
+    assert_eq!(share_of(&mirror, "chains of several"), Some(0.0));
+}
+
 /// `render` or `bake` of frames of the pool, with an output of a fitting kind.
 fn frames(command: &str, folder: &Path, range: &str) -> Command {
     let output = COMMANDS

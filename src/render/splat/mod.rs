@@ -10,4 +10,5 @@ pub mod prefix_sums;
 pub mod projector;
 pub mod quads;
 pub mod resolve;
+mod triangle_counts;
 pub mod triangles;

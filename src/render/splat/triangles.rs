@@ -10,8 +10,8 @@ use crate::gpu::{
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::{
-    ARGUMENT_WORDS, BATCH_DRAW_WORD, MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH,
-    SECOND_UNITS_WORD, SHARE_LEVELS, SPLAT_GROUP, UNITS_WORD,
+    ARGUMENT_WORDS, BATCH_DRAW_WORD, MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH, SHARE_LEVELS,
+    SPLAT_GROUP,
 };
 use crate::render::gpu_types::{
     FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
@@ -48,8 +48,8 @@ pub struct Triangles {
     visibility: Buffer,
     quads: Buffer,
     /// Arguments of the passes over patches, and over triangles.
-    patch_totals: Buffer,
-    splat_totals: Buffer,
+    pub(super) patch_totals: Buffer,
+    pub(super) splat_totals: Buffer,
     /// Number of triangles of a batch.
     pub batch: u32,
     /// Number of batches of triangles.
@@ -60,14 +60,8 @@ pub struct Triangles {
     pub traces_corners: bool,
     patch_capacity: u32,
     aim: Aim,
-    shares: Buffer,
-}
-
-/// What a frame made.
-pub struct Counts {
-    pub patches: u32,
-    /// Patches that lit a receiver, counted once for each light.
-    pub lit_patches: u32,
+    pub(super) shares: Buffer,
+    pub(super) facet_patches: Buffer,
 }
 
 /// What decides the number of patches; see facet_push.glsl.
@@ -232,6 +226,7 @@ impl Triangles {
             patch_capacity: patches as u32,
             aim,
             shares,
+            facet_patches,
         })
     }
 
@@ -436,60 +431,6 @@ impl Triangles {
         let (draw, quads, totals) = (&self.draw, &self.quads, &self.splat_totals);
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, totals, offset);
     }
-
-    /// Number of batches that the numbered triangles fill, at least 1.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    pub fn batches_in_use(&self) -> Result<u32> {
-        let splats = units(&self.splat_totals)?[0];
-        Ok(splats.div_ceil(self.batch).clamp(1, self.batches))
-    }
-
-    /// Whether the last blocking frame recorded all batches that are in use. The next one records one less where these were too many.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    pub fn has_all_batches(&mut self) -> Result<bool> {
-        if self.batches == 1 {
-            return Ok(true);
-        }
-        let used = self.batches_in_use()?;
-        let recorded = self.expected_batches.unwrap_or(used);
-        self.expected_batches = Some(used.max(recorded - u32::from(used + 1 < recorded)));
-        Ok(used <= recorded)
-    }
-
-    /// The largest estimated relative L1 error of a planar receiver in the last frame, and whether more patches than
-    /// `patch_budget` would lower it to what is aimed for.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    pub fn error(&self) -> Result<(f32, bool)> {
-        let count = self.shares.bytes() as usize / size_of::<ReceiverShare>();
-        let shares = self.shares.read::<ReceiverShare>(count)?;
-        let error = shares.iter().map(|share| share.error).fold(0.0, f32::max);
-        Ok((error, shares.iter().any(|share| share.is_limited != 0)))
-    }
-
-    /// Numbers of the last frame.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails.
-    pub fn counts(&self) -> Result<Counts> {
-        let [patches, _] = units(&self.patch_totals)?;
-        let [_, lit_patches] = units(&self.splat_totals)?;
-        Ok(Counts {
-            patches,
-            lit_patches,
-        })
-    }
-}
-
-/// The totals of both sums, of those that scan.comp wrote.
-fn units(totals: &Buffer) -> Result<[u32; 2]> {
-    let words = totals.read::<u32>(ARGUMENT_WORDS as usize)?;
-    Ok([UNITS_WORD, SECOND_UNITS_WORD].map(|word| words[word as usize]))
 }
 
 fn pairs(scene: &DeviceScene, group: LightGroup) -> u32 {
