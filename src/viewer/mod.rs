@@ -30,6 +30,8 @@ mod profiler;
 mod profiler_panel;
 mod quality;
 mod reference;
+#[cfg(feature = "dev")]
+mod reload;
 mod report;
 mod save;
 mod screenshot;
@@ -49,6 +51,8 @@ mod watch;
 mod widgets;
 
 pub use app::Options;
+#[cfg(feature = "dev")]
+pub use reload::built_from;
 pub use report::Report;
 pub use script::Script;
 pub use technique::{Aim, Technique};
