@@ -37,6 +37,8 @@ mod save;
 mod screenshot;
 mod script;
 mod session;
+#[cfg(feature = "dev")]
+mod shader_swap;
 mod side;
 mod sides;
 mod slot;

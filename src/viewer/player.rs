@@ -151,7 +151,7 @@ impl Player {
             Command::Expect(text) => expect(state, &text)?,
             Command::ExpectNoError => {
                 if let Some((_, message)) =
-                    state.messages.iter().find(|(s, _)| *s == Severity::Error)
+                    state.messages.iter().find(|(s, _)| *s != Severity::Note)
                 {
                     return Err(format!("the window shows an error: {message}"));
                 }
