@@ -168,7 +168,8 @@ impl WindowShader {
         let words = host.newest_shaders.get(self.name).cloned().unwrap_or(words);
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: SPIR-V of the compiler.
-        unsafe { host.device.create_shader_module(&info, None) }.map_err(failed("loading a shader"))
+        unsafe { host.device.create_shader_module(&info, None) }
+            .map_err(failed(&format!("loading {}", self.name)))
     }
 }
 
