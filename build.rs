@@ -5,9 +5,14 @@
 //! The compiler is `glslc` (from `$GLSLC`, `$VULKAN_SDK/bin` or `PATH`), or the `shaderc` crate
 //! with the feature `bundled-shaderc`.
 
+#[cfg(not(feature = "bundled-shaderc"))]
+#[path = "build/glslc.rs"]
+mod glslc;
 #[path = "build/spirv.rs"]
 mod spirv;
 
+#[cfg(not(feature = "bundled-shaderc"))]
+use glslc::Compiler;
 use spirv::{Interface, Layouts, WITHOUT_TEXEL_BUFFERS};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -243,12 +248,6 @@ fn note_commit() {
         println!("cargo::rustc-env=NEPHROID_COMMIT={commit}");
     }
 }
-
-#[cfg(not(feature = "bundled-shaderc"))]
-#[path = "build/glslc.rs"]
-mod glslc;
-#[cfg(not(feature = "bundled-shaderc"))]
-use glslc::Compiler;
 
 /// The crate shaderc.
 #[cfg(feature = "bundled-shaderc")]
