@@ -17,7 +17,7 @@ view:
 # All tests, under the validation layers. Two at a time: each keeps the device busy by itself.
 test:
 	.ci/setup test
-	cargo test --release --features viewer -- --test-threads=2
+	cargo test --release --features dev -- --test-threads=2
 
 # The same scenes and tests on lavapipe 25 and SwiftShader (docs/drivers.md): long.
 drivers:

@@ -5,8 +5,15 @@
 //! The compiler is `glslc` (from `$GLSLC`, `$VULKAN_SDK/bin` or `PATH`), or the `shaderc` crate
 //! with the feature `bundled-shaderc`.
 
-use spirq::prelude::*;
-use spirq::ty::{DescriptorType, Type};
+#[cfg(not(feature = "bundled-shaderc"))]
+#[path = "build/glslc.rs"]
+mod glslc;
+#[path = "build/spirv.rs"]
+mod spirv;
+
+#[cfg(not(feature = "bundled-shaderc"))]
+use glslc::Compiler;
+use spirv::{Interface, Layouts, WITHOUT_TEXEL_BUFFERS};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -85,8 +92,8 @@ fn compile_all() -> Result<(), String> {
     let mut layouts = BTreeMap::new();
     let mut messages = String::new();
     for source in &sources {
-        let compiled = (compiler.compile(source, None)).and_then(|words| {
-            let in_storage = compiler.compile(source, Some(WITHOUT_TEXEL_BUFFERS))?;
+        let compiled = (compile(&compiler, source, None)).and_then(|words| {
+            let in_storage = compile(&compiler, source, Some(WITHOUT_TEXEL_BUFFERS))?;
             describe(source, [&words, &in_storage], &mut table, &mut layouts)
         });
         if let Err(message) = compiled {
@@ -191,13 +198,28 @@ fn compile_files(compiler: &Compiler, folder: &Path, names: &[&str]) -> Result<(
         let source = folder.join(name);
         if source.exists() {
             println!("cargo::rerun-if-changed={}", source.display());
-            let words = compiler.compile(&source, None)?;
+            let words = compile(compiler, &source, None)?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             let file = out_dir().join(format!("{name}.spv"));
             std::fs::write(&file, bytes).map_err(|error| format!("{}: {error}", file.display()))?;
         }
     }
     Ok(())
+}
+
+/// The SPIR-V of a shader. `macro_` is defined while compiling.
+///
+/// # Errors
+/// What the compiler says.
+fn compile(compiler: &Compiler, source: &Path, macro_: Option<&str>) -> Result<Vec<u32>, String> {
+    let mut name = source.file_name().expect("a file").to_owned();
+    name.push(".spv");
+    compiler.compile(
+        source,
+        Path::new("glsl/shared"),
+        macro_,
+        &out_dir().join(name),
+    )
 }
 
 fn out_dir() -> PathBuf {
@@ -227,84 +249,6 @@ fn note_commit() {
     }
 }
 
-const REMEDY: &str = "install glslc (Debian: apt-get install glslc; elsewhere the Vulkan SDK), or build with \
-     --features bundled-shaderc";
-
-/// The program glslc.
-#[cfg(not(feature = "bundled-shaderc"))]
-struct Compiler(PathBuf);
-
-#[cfg(not(feature = "bundled-shaderc"))]
-impl Compiler {
-    /// That of `$GLSLC`, of `$VULKAN_SDK`, or of `PATH`, if it runs.
-    fn find() -> Result<Self, String> {
-        let sdk = std::env::var_os("VULKAN_SDK").map(|sdk| Path::new(&sdk).join("bin/glslc"));
-        let (program, from) = match (std::env::var_os("GLSLC"), sdk.filter(|path| path.exists())) {
-            (Some(program), _) if program.is_empty() => {
-                return Err(format!(
-                    "the variable GLSLC is empty: unset it or name the shader compiler, or {REMEDY}"
-                ));
-            }
-            (Some(program), _) => (program.into(), "named by the variable GLSLC"),
-            (None, Some(program)) => (program, "of the Vulkan SDK"),
-            (None, None) => ("glslc".into(), "looked for in PATH"),
-        };
-        let name = format!("the shader compiler {}, {from},", program.display());
-        let run = std::process::Command::new(&program)
-            .arg("--version")
-            .output();
-        let output = run.map_err(|error| format!("{name} does not start: {error}; {REMEDY}"))?;
-        if !output.status.success() {
-            return Err(format!("{name} fails: {}; {REMEDY}", output.status));
-        }
-        Ok(Self(program))
-    }
-
-    /// `macro_` is defined while compiling.
-    fn compile(&self, source: &Path, macro_: Option<&str>) -> Result<Vec<u32>, String> {
-        let mut name = source.file_name().expect("a file").to_owned();
-        name.push(".spv");
-        let output = out_dir().join(name);
-        // What an earlier build left is not taken for the compiler's.
-        let _ = std::fs::remove_file(&output);
-        let run = std::process::Command::new(&self.0)
-            .args([
-                "--target-env=vulkan1.3",
-                "-O",
-                "-g",
-                "-Werror",
-                "-I",
-                "glsl/shared",
-                "-o",
-            ])
-            .arg(&output)
-            .args(macro_.map(|name| format!("-D{name}")))
-            .arg(source)
-            .output()
-            .map_err(|error| format!("{} does not start: {error}", self.0.display()))?;
-        if !run.status.success() {
-            let messages = String::from_utf8_lossy(&run.stderr);
-            let source = source.display();
-            return Err(format!(
-                "{source}: {}: {}\n{messages}",
-                self.0.display(),
-                run.status
-            ));
-        }
-        let bytes = std::fs::read(&output).map_err(|error| {
-            format!(
-                "{}: {} wrote nothing: {error}",
-                source.display(),
-                self.0.display()
-            )
-        })?;
-        Ok(bytes
-            .chunks_exact(4)
-            .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .collect())
-    }
-}
-
 /// The crate shaderc.
 #[cfg(feature = "bundled-shaderc")]
 struct Compiler(shaderc::Compiler);
@@ -317,8 +261,14 @@ impl Compiler {
             .map_err(|e| e.to_string())
     }
 
-    /// `macro_` is defined while compiling.
-    fn compile(&self, source: &Path, macro_: Option<&str>) -> Result<Vec<u32>, String> {
+    /// As that of glslc. Nothing is written.
+    fn compile(
+        &self,
+        source: &Path,
+        shared: &Path,
+        macro_: Option<&str>,
+        _output: &Path,
+    ) -> Result<Vec<u32>, String> {
         use shaderc::{
             CompileOptions, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv,
         };
@@ -342,7 +292,7 @@ impl Compiler {
             let beside = source.with_file_name(name);
             let path = match beside.exists() {
                 true => beside,
-                false => Path::new("glsl/shared").join(name),
+                false => shared.join(name),
             };
             Ok(ResolvedInclude {
                 resolved_name: path.display().to_string(),
@@ -358,100 +308,28 @@ impl Compiler {
     }
 }
 
-type Layouts = BTreeMap<String, (usize, Vec<(String, usize)>)>;
-
 /// Name of a shader's static.
 fn constant(source: &Path) -> String {
     let file = source.file_name().expect("a file").to_string_lossy();
     file.replace('.', "_").to_uppercase()
 }
 
-/// Macro of `glsl/shared/texel_buffers.glsl`.
-const WITHOUT_TEXEL_BUFFERS: &str = "WITHOUT_TEXEL_BUFFERS";
-
 /// Appends the table entry of one shader, of its words with and without texel buffers.
 ///
 /// # Errors
-/// Where the words are no SPIR-V.
+/// As [`Interface::of`].
 fn describe(
     source: &Path,
     [words, in_storage]: [&[u32]; 2],
     table: &mut String,
     layouts: &mut Layouts,
 ) -> Result<(), String> {
-    const MAGIC: u32 = 0x0723_0203;
     let file = source.file_name().expect("a file").to_string_lossy();
-    let junk = || {
-        format!(
-            "{}: what the compiler wrote is no SPIR-V; {REMEDY}",
-            source.display()
-        )
-    };
-    if words.first() != Some(&MAGIC) {
-        return Err(junk());
-    }
-    let reflected = ReflectConfig::new()
-        .spv(words.to_vec())
-        .ref_all_rscs(false)
-        .combine_img_samplers(true)
-        .reflect();
-    let entry = reflected
-        .ok()
-        .and_then(|entries| entries.into_iter().next())
-        .ok_or_else(junk)?;
-
-    let mut bindings = Vec::new();
-    let mut push_bytes = 0;
-    for variable in &entry.vars {
-        match variable {
-            Variable::Descriptor {
-                name,
-                desc_bind,
-                desc_ty,
-                ty,
-                ..
-            } => {
-                assert_eq!(desc_bind.set(), 0, "{file}: one descriptor set a pipeline");
-                let kind = match desc_ty {
-                    DescriptorType::StorageBuffer(_) => "StorageBuffer",
-                    DescriptorType::StorageImage(_) => "StorageImage",
-                    DescriptorType::CombinedImageSampler() => "SampledImage",
-                    DescriptorType::UniformTexelBuffer() => "TexelBuffer",
-                    other => panic!("{file}: no support for the descriptor type {other:?}"),
-                };
-                let last_member = match ty {
-                    Type::Struct(block) => block.members.last().and_then(|m| m.name.clone()),
-                    _ => None,
-                };
-                let name = name.clone().filter(|name| !name.is_empty()).or(last_member);
-                let name = name.unwrap_or_else(|| panic!("{file}: a binding without a name"));
-                bindings.push((desc_bind.bind(), name, kind));
-                note_structs(ty, layouts);
-            }
-            Variable::PushConstant { ty, .. } => {
-                push_bytes = ty.nbyte().expect("push constants have a size");
-                note_structs(ty, layouts);
-            }
-            _ => {}
-        }
-    }
-    bindings.sort();
-    let local_size = entry
-        .exec_modes
-        .iter()
-        .find(|mode| mode.exec_mode == spirq::spirv::ExecutionMode::LocalSize)
-        .or(entry
-            .exec_modes
-            .iter()
-            .find(|m| m.exec_mode == spirq::spirv::ExecutionMode::LocalSizeId))
-        .map_or([0; 3], |mode| {
-            let size = |i: usize| match mode.operands[i].value {
-                ConstantValue::U32(size) => size,
-                ref other => panic!("{file}: workgroup size {other:?}"),
-            };
-            [size(0), size(1), size(2)]
-        });
-
+    let interface =
+        Interface::of(words).map_err(|error| format!("{}: {error}", source.display()))?;
+    layouts.extend(interface.layouts);
+    let (bindings, local_size) = (interface.bindings, interface.local_size);
+    let push_bytes = interface.push_bytes;
     let in_storage = match bindings.iter().any(|(_, _, kind)| *kind == "TexelBuffer") {
         true => in_storage,
         false => &[],
@@ -476,33 +354,4 @@ fn describe(
     )
     .unwrap();
     Ok(())
-}
-
-/// Collects the structs inside a buffer block or push-constant block.
-fn note_structs(ty: &Type, layouts: &mut Layouts) {
-    match ty {
-        Type::Struct(block) => {
-            let fields: Vec<_> = block
-                .members
-                .iter()
-                .map(|m| (m.name.clone().unwrap_or_default(), m.offset.unwrap_or(0)))
-                .collect();
-            for member in &block.members {
-                note_structs(&member.ty, layouts);
-            }
-            if let (Some(name), Some(size)) = (&block.name, ty.nbyte()) {
-                layouts.insert(name.clone(), (size, fields));
-            }
-        }
-        Type::Array(array) => {
-            note_structs(&array.element_ty, layouts);
-            if let (Type::Struct(element), Some(stride)) = (&*array.element_ty, array.stride)
-                && let Some(layout) = element.name.as_ref().and_then(|name| layouts.get_mut(name))
-            {
-                // Arrays know the padded size.
-                layout.0 = stride;
-            }
-        }
-        _ => {}
-    }
 }

@@ -274,6 +274,108 @@ fn scenes_are_read_again() {
     );
 }
 
+/// Shaders are compiled again when their sources change; what does not fit leaves the last ones in place.
+#[test]
+#[cfg(feature = "dev")]
+fn shaders_are_compiled_again() {
+    let folder = folder();
+    let glsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    for room in glsl.read_dir().unwrap().map(|entry| entry.unwrap()) {
+        let copies = folder.path().join("glsl").join(room.file_name());
+        std::fs::create_dir_all(&copies).unwrap();
+        for file in room.path().read_dir().unwrap().map(|entry| entry.unwrap()) {
+            std::fs::copy(file.path(), copies.join(file.file_name())).unwrap();
+        }
+    }
+    let mut script = String::from(
+        "set refine off\nframes 2\nscreenshot first.png\nframes 1\nkey Escape\nframes 1\n",
+    );
+    // Saves a source with another text in place of one, and expects a message that has the third.
+    let mut save = |name: &str, [text, other]: [&str; 2], message: &str, picture: &str| {
+        let source = std::fs::read_to_string(glsl.join(name)).unwrap();
+        assert!(source.contains(text), "{name}");
+        let changed = folder.path().join(picture).with_extension("txt");
+        std::fs::write(&changed, source.replace(text, other)).unwrap();
+        let changed = changed.display();
+        writeln!(
+            script,
+            "copy {changed} glsl/{name}\nawait {message}\nframes 2\nscreenshot {picture}.png\nframes 1"
+        )
+        .unwrap();
+        script += match message.starts_with("compiled again") {
+            true => "expect no error\nkey Escape\nframes 1\n",
+            false => "expect glsl/\n",
+        };
+    };
+    let (file, text) = ("view/background.frag", "result = vec4(");
+    save(
+        file,
+        [text, "result = vec4((,"],
+        "background.frag:20: error",
+        "broken",
+    );
+    save(
+        file,
+        [text, text],
+        "compiled again: background.frag",
+        "mended",
+    );
+    save(
+        file,
+        [text, "result = vec4(0.2 + "],
+        "compiled again: background.frag",
+        "bright",
+    );
+    save(
+        file,
+        ["binding = 1", "binding = 9"],
+        "the program has no SampledImage `environment` at binding 9",
+        "misfit",
+    );
+    save(
+        file,
+        [text, text],
+        "compiled again: background.frag",
+        "back",
+    );
+    // The window's own shaders, a file that others include, and constants.
+    let (file, text) = ("viewer/pictures.glsl", "1.055 * pow");
+    save(file, [text, "0.5 * pow"], "compiled again: ", "dark");
+    save(file, [text, text], "compiled again: ", "undone");
+    let (file, text) = ("shared/background.glsl", "vec3 background(");
+    save(
+        file,
+        [text, "vec3 background()"],
+        "background.glsl:",
+        "include",
+    );
+    save(file, [text, text], "compiled again: ", "included");
+    save(
+        "shared/constants.glsl",
+        ["= ", "=  "],
+        "constants.glsl:",
+        "constants",
+    );
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let arguments = ["--size", "200x120", "--validate", "--shaders", "glsl"];
+    Display::new().report(folder.path(), &scene, &script, &arguments);
+    let file = |name: &str| std::fs::read(folder.path().join(format!("{name}.png"))).unwrap();
+    for same in [
+        "broken",
+        "mended",
+        "back",
+        "undone",
+        "include",
+        "included",
+        "constants",
+    ] {
+        assert!(file("first") == file(same), "{same}");
+    }
+    assert!(file("bright") == file("misfit"));
+    assert!(file("first") != file("bright") && file("first") != file("dark"));
+}
+
 /// Memory stays, and a window where nothing moves costs nothing.
 #[test]
 fn long_runs_are_steady() {

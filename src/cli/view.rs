@@ -48,6 +48,10 @@ pub struct Arguments {
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
+    /// Folder of the shaders' sources, which are compiled again when they change [default: that of the build]
+    #[cfg(feature = "dev")]
+    #[arg(long, value_name = "DIR", default_value_os_t = viewer::built_from(), hide_default_value = true)]
+    shaders: PathBuf,
 }
 
 pub fn run(arguments: &Arguments) -> Result<()> {
@@ -85,6 +89,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         validate: arguments.validate,
         script: arguments.script.as_deref().map(Script::read).transpose()?,
         record: arguments.record.clone(),
+        #[cfg(feature = "dev")]
+        shaders: arguments.shaders.clone(),
     };
     match viewer::run(options, start)? {
         Some(report) if arguments.json => print_json(&report),

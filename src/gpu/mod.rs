@@ -18,6 +18,8 @@ mod pipeline;
 mod pipeline_cache;
 mod pipelines;
 mod recorder;
+#[cfg(feature = "dev")]
+mod reload;
 mod requirements;
 mod shader;
 mod staging;
@@ -36,6 +38,8 @@ pub use memory::Buffer;
 pub use pipeline::{BoundPipeline, Resource};
 pub use pipelines::{Constants, Topology};
 pub use recorder::{PassTime, Progress, Recorder, Submissions, Watcher};
+#[cfg(feature = "dev")]
+pub use reload::NewShaders;
 pub use requirements::Requirements;
 pub use shader::{Shader, StructLayout, shaders};
 pub use staging::Staging;

@@ -75,8 +75,11 @@ impl BoundPipeline {
     }
 
     fn new(context: &Arc<Context>, source: &Source, resources: &Bindings) -> Result<Self> {
-        let pipeline = (context.pipelines.lock().expect("no panic while held"))
-            .get(source, || Pipeline::new(context, source))?;
+        let mut pipelines = context.pipelines.lock().expect("no panic while held");
+        #[cfg(feature = "dev")]
+        let source = &pipelines.newest(source);
+        let pipeline = pipelines.get(source, || Pipeline::new(context, source))?;
+        drop(pipelines);
         let name = source.first.name;
         let (pool, set) = pipeline.descriptor_set(context)?;
         let mut bound = Self {
@@ -230,7 +233,7 @@ impl Drop for Unfinished<'_> {
 }
 
 impl Pipeline {
-    fn new(context: &Arc<Context>, source: &Source) -> Result<Self> {
+    pub(super) fn new(context: &Arc<Context>, source: &Source) -> Result<Self> {
         let name = source.first.name;
         let (stages, bind_point) = match source.fragment {
             None => (

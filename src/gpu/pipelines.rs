@@ -39,6 +39,19 @@ pub struct Pipeline {
     pub bindings: Vec<&'static Binding>,
 }
 
+impl Pipeline {
+    /// # Safety
+    /// It is of this device, which no longer uses it, and nor does anybody else.
+    pub(super) unsafe fn destroy(&self, device: &ash::Device) {
+        // SAFETY: the caller's promise; null handles are allowed.
+        unsafe {
+            device.destroy_pipeline(self.handle, None);
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
 /// What a pipeline is compiled from.
 #[derive(Clone, Copy)]
 pub struct Source {
@@ -51,7 +64,7 @@ pub struct Source {
 }
 
 impl Source {
-    fn key(&self) -> Key {
+    pub(super) fn key(&self) -> Key {
         let fragment = self
             .fragment
             .map(|(shader, topology)| (shader.name, topology));
@@ -63,15 +76,23 @@ impl Source {
     }
 }
 
-type Key = (&'static str, Option<(&'static str, Topology)>, Constants);
+pub type Key = (&'static str, Option<(&'static str, Topology)>, Constants);
 
 /// All pipelines of a context.
 #[derive(Default)]
-pub struct Pipelines(HashMap<Key, Arc<Pipeline>>);
+pub struct Pipelines {
+    pub(super) made: HashMap<Key, Arc<Pipeline>>,
+    /// Shaders that replaced those of the build, by their names.
+    #[cfg(feature = "dev")]
+    pub(super) newest: HashMap<&'static str, &'static Shader>,
+    /// Pipelines of replaced shaders, which renderers may still have.
+    #[cfg(feature = "dev")]
+    pub(super) replaced: Vec<Arc<Pipeline>>,
+}
 
 impl Pipelines {
     pub fn count(&self) -> usize {
-        self.0.len()
+        self.made.len()
     }
 
     /// The pipeline of this source, made by `make` where there is none yet.
@@ -83,23 +104,22 @@ impl Pipelines {
         source: &Source,
         make: impl FnOnce() -> Result<Pipeline>,
     ) -> Result<Arc<Pipeline>> {
-        if let Some(known) = self.0.get(&source.key()) {
+        if let Some(known) = self.made.get(&source.key()) {
             return Ok(known.clone());
         }
         let pipeline = Arc::new(make()?);
-        self.0.insert(source.key(), pipeline.clone());
+        self.made.insert(source.key(), pipeline.clone());
         Ok(pipeline)
     }
 
     /// Only while the device exists and uses none.
     pub fn destroy(&mut self, device: &ash::Device) {
-        for (_, pipeline) in self.0.drain() {
-            // SAFETY: whoever used it kept the context; null handles are allowed.
-            unsafe {
-                device.destroy_pipeline(pipeline.handle, None);
-                device.destroy_pipeline_layout(pipeline.layout, None);
-                device.destroy_descriptor_set_layout(pipeline.set_layout, None);
-            }
+        let pipelines = self.made.drain().map(|(_, pipeline)| pipeline);
+        #[cfg(feature = "dev")]
+        let pipelines = pipelines.chain(self.replaced.drain(..));
+        for pipeline in pipelines {
+            // SAFETY: whoever used it kept the context.
+            unsafe { pipeline.destroy(device) };
         }
     }
 }

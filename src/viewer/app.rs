@@ -4,6 +4,8 @@ use super::display::Display;
 use super::document::Document;
 use super::host::{HostOptions, no_window, plain};
 use super::player::{Player, Step};
+#[cfg(feature = "dev")]
+use super::reload::Shaders;
 use super::report::{Recorder, Report};
 use super::save::{recovery_path, save};
 use super::script::Script;
@@ -37,6 +39,9 @@ pub struct Options {
     pub script: Option<Script>,
     /// Folder for every picture.
     pub record: Option<PathBuf>,
+    /// Folder of the shaders' sources.
+    #[cfg(feature = "dev")]
+    pub shaders: PathBuf,
 }
 
 pub struct App {
@@ -131,7 +136,15 @@ impl App {
         for warning in &self.warnings {
             state.tell(Severity::Note, warning);
         }
-        self.open = Some(Session::new(window, display, state, self.player.is_some())?);
+        let is_scripted = self.player.is_some();
+        self.open = Some(Session::new(
+            window,
+            display,
+            state,
+            is_scripted,
+            #[cfg(feature = "dev")]
+            Shaders::new(&self.options.shaders),
+        )?);
         Ok(())
     }
 
@@ -175,6 +188,8 @@ impl App {
         if now >= self.next_poll {
             self.next_poll = now + POLL;
             open.reload_changes();
+            #[cfg(feature = "dev")]
+            open.reload_shaders()?;
             open.needs_frame |= open.has_news();
         }
         let mut until = self.next_poll;

@@ -146,14 +146,40 @@ impl Bindings {
     }
 }
 
-/// A shader of the compiler's words. The caller destroys it.
-///
-/// # Errors
-/// [`nephroid::Error::Device`] where the device fails.
-pub fn module(device: &ash::Device, spirv: &[u8]) -> Result<vk::ShaderModule> {
-    let words =
-        ash::util::read_spv(&mut std::io::Cursor::new(spirv)).expect("SPIR-V of the compiler");
-    let info = vk::ShaderModuleCreateInfo::default().code(&words);
-    // SAFETY: SPIR-V of the compiler.
-    unsafe { device.create_shader_module(&info, None) }.map_err(failed("loading a shader"))
+/// A shader of the window's own, with the SPIR-V that the build compiled.
+pub struct WindowShader {
+    /// Of its file in `glsl/viewer`.
+    pub name: &'static str,
+    pub spirv: &'static [u8],
 }
+
+impl WindowShader {
+    pub fn words(&self) -> Vec<u32> {
+        ash::util::read_spv(&mut std::io::Cursor::new(self.spirv)).expect("SPIR-V of the compiler")
+    }
+
+    /// The caller destroys it.
+    ///
+    /// # Errors
+    /// [`nephroid::Error::Device`] where the device fails.
+    pub fn module(&self, host: &Host) -> Result<vk::ShaderModule> {
+        let words = self.words();
+        #[cfg(feature = "dev")]
+        let words = host.newest_shaders.get(self.name).cloned().unwrap_or(words);
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: SPIR-V of the compiler.
+        unsafe { host.device.create_shader_module(&info, None) }
+            .map_err(failed(&format!("loading {}", self.name)))
+    }
+}
+
+/// The shader of this file.
+macro_rules! window_shader {
+    ($name:literal) => {
+        $crate::viewer::bindings::WindowShader {
+            name: $name,
+            spirv: include_bytes!(concat!(env!("OUT_DIR"), "/", $name, ".spv")),
+        }
+    };
+}
+pub(super) use window_shader;

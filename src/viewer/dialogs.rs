@@ -23,7 +23,7 @@ fn messages(context: &Context, state: &State) {
             for (severity, text) in &state.messages {
                 let color = match severity {
                     Severity::Note => ui.visuals().text_color(),
-                    Severity::Error => Color32::from_rgb(255, 120, 100),
+                    _ => Color32::from_rgb(255, 120, 100),
                 };
                 ui.label(RichText::new(text).color(color));
             }

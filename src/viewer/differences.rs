@@ -1,6 +1,6 @@
 //! Adds up the differences of two sides on the device: of their pictures and of their light maps.
 
-use super::bindings::{Bindings, Layout, module};
+use super::bindings::{Bindings, Layout, WindowShader, window_shader};
 use super::compare::Difference;
 use super::host::{Host, failed};
 use super::side::Maps;
@@ -9,7 +9,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 use nephroid::Result;
 
-const SHADER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/differences.comp.spv"));
+pub static SHADER: WindowShader = window_shader!("differences.comp");
 
 /// Constants of `glsl/viewer/constants.glsl`, made by build.rs.
 pub mod constants {
@@ -77,7 +77,7 @@ impl Differences {
         };
         let bindings = Bindings::new(host, layout, 2 * frames)?;
         let device = &host.device;
-        let module = module(device, SHADER)?;
+        let module = SHADER.module(host)?;
         let info = vk::ComputePipelineCreateInfo::default()
             .stage(
                 vk::PipelineShaderStageCreateInfo::default()

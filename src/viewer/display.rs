@@ -63,20 +63,20 @@ pub struct Display {
     // The renderers, then the context, then the host.
     /// A, and B while both are compared.
     pub sides: Vec<Side>,
-    context: Arc<Context>,
+    pub(super) context: Arc<Context>,
     panels: PanelRenderer<GpuAllocator>,
-    swapchain: Swapchain,
-    present: Present,
+    pub(super) swapchain: Swapchain,
+    pub(super) present: Present,
     capture: Option<Capture>,
     pool: vk::CommandPool,
     slots: Vec<Slot>,
     next_slot: usize,
     /// While two sides are compared.
-    differences: Option<Differences>,
+    pub(super) differences: Option<Differences>,
     uploads: Uploads,
     /// Whether the images no longer fit the window.
     is_stale: bool,
-    host: Host,
+    pub(super) host: Host,
 }
 
 impl Display {

@@ -11,6 +11,8 @@ use nephroid::gpu::{
 use nephroid::{Error, Result};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use std::collections::BTreeMap;
+#[cfg(feature = "dev")]
+use std::collections::HashMap;
 use std::ffi::{CStr, c_char};
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex};
@@ -42,6 +44,9 @@ pub struct Host {
     entry: ash::Entry,
     /// The layers write here until the instance is gone.
     _messages: Arc<Messages>,
+    /// Words that replaced those of the build, by the shaders' names.
+    #[cfg(feature = "dev")]
+    pub newest_shaders: HashMap<&'static str, Vec<u32>>,
 }
 
 /// What went wrong with the window or its display.
@@ -122,6 +127,8 @@ impl Host {
             instance,
             entry,
             _messages: options.messages.clone(),
+            #[cfg(feature = "dev")]
+            newest_shaders: HashMap::new(),
         };
         Ok((host, surface))
     }

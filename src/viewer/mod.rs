@@ -30,11 +30,15 @@ mod profiler;
 mod profiler_panel;
 mod quality;
 mod reference;
+#[cfg(feature = "dev")]
+mod reload;
 mod report;
 mod save;
 mod screenshot;
 mod script;
 mod session;
+#[cfg(feature = "dev")]
+mod shader_swap;
 mod side;
 mod sides;
 mod slot;
@@ -49,6 +53,8 @@ mod watch;
 mod widgets;
 
 pub use app::Options;
+#[cfg(feature = "dev")]
+pub use reload::built_from;
 pub use report::Report;
 pub use script::Script;
 pub use technique::{Aim, Technique};

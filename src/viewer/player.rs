@@ -14,6 +14,9 @@ use winit::window::Window;
 /// A window manager may refuse a size.
 const RESIZE_TIMEOUT: Duration = Duration::from_secs(1);
 
+/// How long a script waits for a message.
+const MESSAGE_TIMEOUT: Duration = Duration::from_secs(60);
+
 /// What the window does next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
@@ -30,6 +33,8 @@ pub struct Player {
     pub settles: bool,
     waits: Option<Instant>,
     resizes: Option<(PhysicalSize<u32>, Instant)>,
+    /// Text of a message, and the line that waits for it.
+    awaits: Option<(String, usize, Instant)>,
     /// For the next frame.
     pub events: Vec<Event>,
 }
@@ -44,6 +49,7 @@ impl Player {
             settles: false,
             waits: None,
             resizes: None,
+            awaits: None,
             events: Vec::new(),
         }
     }
@@ -81,12 +87,24 @@ impl Player {
                 }
                 self.resizes = None;
             }
+            if let Some((text, line, deadline)) = &self.awaits {
+                let told = expect(state, text);
+                if told.is_err() && Instant::now() < *deadline {
+                    return Ok(Step::Wait(Instant::now() + Duration::from_millis(5)));
+                }
+                told.map_err(|reason| failed(&self.script.path, *line, &reason))?;
+                self.awaits = None;
+            }
             let Some((line, command)) = self.script.commands.get(self.next).cloned() else {
                 return Ok(Step::End);
             };
             self.next += 1;
             if let Some(event) = self.hands.event(&command) {
                 self.events.push(event);
+                continue;
+            }
+            if let Command::Await(text) = command {
+                self.awaits = Some((text, line, Instant::now() + MESSAGE_TIMEOUT));
                 continue;
             }
             self.run(command, window, state, recorder)
@@ -130,17 +148,10 @@ impl Player {
             Command::Save(path) => state.requests.push(Request::Save(path)),
             Command::Export(path) => state.requests.push(Request::ExportProfile(path)),
             Command::Measure(name) => recorder.measure(&name),
-            Command::Expect(text) => {
-                let differences = state.compare.lines(&state.document.base);
-                let messages = state.messages.iter().map(|(_, message)| message);
-                let lines: Vec<_> = messages.chain(&differences).collect();
-                if !lines.iter().any(|line| line.contains(&text)) {
-                    return Err(format!("no message has `{text}`; there is: {lines:?}"));
-                }
-            }
+            Command::Expect(text) => expect(state, &text)?,
             Command::ExpectNoError => {
                 if let Some((_, message)) =
-                    state.messages.iter().find(|(s, _)| *s == Severity::Error)
+                    state.messages.iter().find(|(s, _)| *s != Severity::Note)
                 {
                     return Err(format!("the window shows an error: {message}"));
                 }
@@ -148,7 +159,8 @@ impl Player {
             Command::Quit => {
                 self.next = self.script.commands.len();
             }
-            Command::Move(_)
+            Command::Await(_)
+            | Command::Move(_)
             | Command::Button(..)
             | Command::Scroll(_)
             | Command::Modifiers(_)
@@ -156,6 +168,18 @@ impl Player {
             | Command::Text(_) => {}
         }
         Ok(())
+    }
+}
+
+/// # Errors
+/// Where no message has the text.
+fn expect(state: &State, text: &str) -> Result<(), String> {
+    let differences = state.compare.lines(&state.document.base);
+    let messages = state.messages.iter().map(|(_, message)| message);
+    let lines: Vec<_> = messages.chain(&differences).collect();
+    match lines.iter().any(|line| line.contains(text)) {
+        true => Ok(()),
+        false => Err(format!("no message has `{text}`; there is: {lines:?}")),
     }
 }
 

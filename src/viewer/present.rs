@@ -1,15 +1,17 @@
 //! Draws pictures to the window: exposure, tone mapping and sRGB, or the heat map of two sides.
 
-use super::bindings::{Bindings, Layout, module};
+use super::bindings::{Bindings, Layout, WindowShader, window_shader};
 use super::compare::Shown;
 use super::host::{Host, failed};
 use ash::vk;
 use nephroid::Result;
 use nephroid::render::MapImage;
 
-const VERTEX: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/present.vert.spv"));
-const PRESENT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/present.frag.spv"));
-const HEAT_MAP: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/heat_map.frag.spv"));
+static VERTEX: WindowShader = window_shader!("present.vert");
+static PRESENT: WindowShader = window_shader!("present.frag");
+static HEAT_MAP: WindowShader = window_shader!("heat_map.frag");
+#[cfg(feature = "dev")]
+pub static SHADERS: [&WindowShader; 3] = [&VERTEX, &PRESENT, &HEAT_MAP];
 
 /// Width of the line between two sides, pixels.
 const DIVIDER_WIDTH: u32 = 2;
@@ -52,7 +54,7 @@ impl Present {
         };
         let bindings = Bindings::new(host, layout, frames)?;
         Ok(Self {
-            pipeline: pipeline(&host.device, bindings.layout, format, PRESENT)?,
+            pipeline: pipeline(host, bindings.layout, format, &PRESENT)?,
             bindings,
             heat_map: None,
             format,
@@ -74,7 +76,7 @@ impl Present {
         self.bindings.write(host, slot, &pictures, None);
         if matches!(shown, Shown::HeatMap { .. }) && self.heat_map.is_none() {
             let layout = self.bindings.layout;
-            self.heat_map = Some(pipeline(&host.device, layout, self.format, HEAT_MAP)?);
+            self.heat_map = Some(pipeline(host, layout, self.format, &HEAT_MAP)?);
         }
         Ok(())
     }
@@ -195,12 +197,13 @@ fn clear(device: &ash::Device, commands: vk::CommandBuffer, rect: vk::Rect2D) {
 }
 
 fn pipeline(
-    device: &ash::Device,
+    host: &Host,
     layout: vk::PipelineLayout,
     format: vk::Format,
-    fragment: &[u8],
+    fragment: &WindowShader,
 ) -> Result<vk::Pipeline> {
-    let modules = [module(device, VERTEX)?, module(device, fragment)?];
+    let device = &host.device;
+    let modules = [VERTEX.module(host)?, fragment.module(host)?];
     let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
     let stages = [0, 1].map(|i| {
         vk::PipelineShaderStageCreateInfo::default()

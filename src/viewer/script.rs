@@ -41,6 +41,8 @@ pub enum Command {
     Measure(String),
     /// Fails unless a message of the window contains this.
     Expect(String),
+    /// Does nothing until a message contains this.
+    Await(String),
     /// Fails if the window shows an error.
     ExpectNoError,
     Quit,
@@ -164,6 +166,7 @@ fn parse(line: &str) -> Result<Vec<Command>, String> {
         ("save", [_, ..]) => Ok(vec![Command::Save(rest.into()), Command::Frames(1)]),
         ("export", [_, ..]) => Ok(vec![Command::Export(rest.into()), Command::Frames(1)]),
         ("measure", [_, ..]) => one(Command::Measure(rest.into())),
+        ("await", [_, ..]) => one(Command::Await(rest.into())),
         ("expect", ["no", "error"]) => one(Command::ExpectNoError),
         ("expect", [_, ..]) => one(Command::Expect(rest.into())),
         ("quit", []) => one(Command::Quit),

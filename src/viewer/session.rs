@@ -48,6 +48,9 @@ type Good = (Quality, Technique, Edits);
 
 /// Everything that lives as long as the window.
 pub struct Session {
+    /// The compilation of shaders ends before the display does.
+    #[cfg(feature = "dev")]
+    pub shaders: super::reload::Shaders,
     // The display's surface goes before the window.
     pub display: Display,
     pub input: egui_winit::State,
@@ -86,6 +89,7 @@ impl Session {
         mut display: Display,
         mut state: State,
         is_scripted: bool,
+        #[cfg(feature = "dev")] shaders: super::reload::Shaders,
     ) -> Result<Self> {
         let technique = state.compare.techniques[0];
         display.set_side(0, &state.scene(), &technique)?;
@@ -99,6 +103,8 @@ impl Session {
         let root = egui::ViewportId::ROOT;
         let theme = window.theme();
         Ok(Self {
+            #[cfg(feature = "dev")]
+            shaders,
             input: egui_winit::State::new(context.clone(), root, &window, scale, theme, None),
             display,
             context,
@@ -185,10 +191,15 @@ impl Session {
         }
         self.watch = watch(&self.state.document);
         self.last_good = self.good();
-        self.state.compare.differences.clear();
         self.reference = None;
-        self.shown = None;
+        self.render_again();
         true
+    }
+
+    /// The last picture is of another renderer.
+    pub fn render_again(&mut self) {
+        self.state.compare.differences.clear();
+        self.shown = None;
     }
 
     /// Runs the panels on the input.

@@ -26,6 +26,9 @@ pub enum Selected {
 pub enum Severity {
     Note,
     Error,
+    /// Stays until the shaders are mended, whatever becomes of the scene.
+    #[cfg(feature = "dev")]
+    ShaderError,
 }
 
 /// Requests of the panels and keys to the program.

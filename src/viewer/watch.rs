@@ -16,13 +16,30 @@ impl Watch {
         Self(files.map(|file| (file.clone(), stamp(&file))).collect())
     }
 
+    /// Looks at these files, too.
+    #[cfg(feature = "dev")]
+    pub fn add(&mut self, files: impl Iterator<Item = PathBuf>) {
+        for file in files {
+            if !self.0.iter().any(|(known, _)| *known == file) {
+                self.0.push((file.clone(), stamp(&file)));
+            }
+        }
+    }
+
     /// Whether any file changed since the last call.
     pub fn has_changed(&mut self) -> bool {
-        let mut changed = false;
+        !self.changed().is_empty()
+    }
+
+    /// The files that changed since the last call.
+    pub fn changed(&mut self) -> Vec<PathBuf> {
+        let mut changed = Vec::new();
         for (file, last) in &mut self.0 {
             let now = stamp(file);
             // A file that is gone is about to be replaced.
-            changed |= now.is_some() && now != *last;
+            if now.is_some() && now != *last {
+                changed.push(file.clone());
+            }
             *last = now.or(*last);
         }
         changed
