@@ -1,4 +1,4 @@
-// Textures of diffuse surfaces. The including shader declares TEXTURE_LEVELS and the buffer `textures`.
+// Textures of diffuse surfaces. The including shader declares TEXTURE_LEVELS and TEXTURES.
 
 // Whether the scene has textures. The compiler removes code that the scene does not need.
 layout(constant_id = ID_HAS_TEXTURES) const bool HAS_TEXTURES = true;
@@ -8,7 +8,9 @@ const int MAX_PROBES = 4;
 
 // Linear colour of a texel.
 vec3 colour_of_texel(uint texel) {
-    vec3 root = vec3(texel & 0x7ffu, texel >> 11 & 0x7ffu, texel >> 22) / vec3(2047.0, 2047.0, 1023.0);
+    const uint most = (1u << ROOT_BITS) - 1u;
+    const uint most_blue = (1u << 32u - 2u * ROOT_BITS) - 1u;
+    vec3 root = vec3(texel & most, texel >> ROOT_BITS & most, texel >> 2u * ROOT_BITS) / vec3(most, most, most_blue);
     return root * root;
 }
 

@@ -5,7 +5,7 @@
 
 layout(std430, binding = 4) readonly buffer PointLight { vec4 point_light[]; };
 TEXTURE_LEVELS(6)
-layout(std430, binding = 7) readonly buffer Textures { uint textures[]; }; // see colour_of_texel()
+TEXTURES(7)
 layout(location = 0) in vec2 weights;
 layout(location = 1) in flat uvec4 points;
 layout(location = 2) in flat vec3 albedo;

@@ -5,7 +5,7 @@
 
 #include "shade.glsl"
 
-// Radiance that arrives at the camera from `direction`, W/m^2/sr, where the first triangle is known. Light is looked up once,
+// What arrives at the camera from `direction`, where the first triangle is known. Light is looked up once,
 // where the last ray ends. `spread` is the angle of a sample, rad.
 Seen seen_in(vec3 direction, uint first, float spread) {
     Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0), Cone(0.0, spread));

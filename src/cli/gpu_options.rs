@@ -11,8 +11,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use nephroid::flux_balance::FluxBalance;
 use nephroid::gpu::{Context, ContextOptions, DeviceInfo, Messages, PassTime, Submissions};
 use nephroid::image_file::RgbImage;
-use nephroid::measure::{PassProfile, Spread, choose_light_maps, profile};
-use nephroid::render::{Area, LeftOut, Method, Renderer, Settings, ViewMemory};
+use nephroid::measure::{ChosenLightMap, PassProfile, Spread, choose_light_maps, profile};
+use nephroid::render::{Area, DEFAULT_ERROR, LeftOut, Method, Renderer, Settings, ViewMemory};
 use nephroid::scene::{Animation, LightKind, Scene};
 use nephroid::{Error, Result};
 use serde::Serialize;
@@ -29,8 +29,6 @@ const LEAST_FRAMES: usize = 3;
 const LONGEST: Duration = Duration::from_secs(10);
 /// Share of the flux that is cut off above which the report says so.
 const NOTEWORTHY: f64 = 1e-3;
-/// Relative L1 error that `footprint` aims for by default.
-const DEFAULT_ERROR: f32 = 0.02;
 
 #[derive(Args)]
 pub struct GpuOptions {
@@ -260,16 +258,6 @@ pub struct Report {
     pub frames: Option<Vec<FrameReport>>,
 }
 
-/// A light map whose size the scene file leaves to the renderer.
-#[derive(Serialize, Clone)]
-pub struct ChosenLightMap {
-    pub object: String,
-    /// Width and height.
-    pub texels: [u32; 2],
-    /// Estimated relative L1 difference between the map, interpolated, and the caustic.
-    pub unresolved: f64,
-}
-
 #[derive(Serialize)]
 pub struct FrameReport {
     #[serde(serialize_with = "lossy")]
@@ -347,14 +335,9 @@ impl GpuOptions {
         let auto = animation.auto_light_maps().to_vec();
         let mut chosen = Vec::new();
         if self.lightmap.is_none() && !auto.is_empty() {
-            let scene = animation.at(time);
-            for size in choose_light_maps(&context, &scene, &auto, &settings)? {
-                animation.set_light_map(size.object, size.texels);
-                chosen.push(ChosenLightMap {
-                    object: scene.objects[size.object].name.clone(),
-                    texels: size.texels,
-                    unresolved: size.unresolved,
-                });
+            chosen = choose_light_maps(&context, &animation.at(time), &auto, &settings)?;
+            for map in &chosen {
+                animation.set_light_map(map.object, map.texels);
             }
         }
         let scene = scene_at(&animation, time, self.lightmap);
@@ -667,7 +650,7 @@ impl Report {
                 lines.push(format!("estimated error  {:.1} %{of}", 100.0 * error));
             }
             for map in &caustic.chosen_light_maps {
-                let ([width, height], name) = (map.texels, map.object.escape_debug());
+                let ([width, height], name) = (map.texels, map.name.escape_debug());
                 let error = 100.0 * map.unresolved;
                 lines.push(format!(
                     "light map  {name}, {width}×{height} texels, which leave {error:.1} % unresolved"

@@ -14,7 +14,7 @@ mod target;
 pub use aim::Aim;
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use flip::{Flip, FlipPixel, PIXELS_PER_DEGREE, Region, flip};
-pub use light_map_sizes::{LightMapSize, choose_light_maps};
+pub use light_map_sizes::{ChosenLightMap, choose_light_maps};
 pub use profile::{PassProfile, Spread, profile};
 pub use target::{TargetComparison, compare_with_target, read_target};
 

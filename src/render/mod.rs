@@ -38,7 +38,7 @@ mod view;
 pub use budget::FrameBudget;
 pub use host::{Frame, MapImage, MapTile, Output, ReceiverTile, ViewFrame};
 pub use left_out::LeftOut;
-pub use settings::{Area, Method, Settings};
+pub use settings::{Area, DEFAULT_ERROR, Method, Settings};
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};

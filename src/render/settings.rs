@@ -53,6 +53,9 @@ impl Area {
     }
 }
 
+/// Relative L1 error that programs with an error to aim for have by default.
+pub const DEFAULT_ERROR: f32 = 0.02;
+
 /// Method, resolution and options.
 #[derive(Debug, Clone)]
 pub struct Settings {

@@ -206,7 +206,7 @@ impl Caustic {
 
     /// Whether some part of it aims for an error.
     pub fn has_error_target(&self) -> bool {
-        matches!(self, Self::Splat { triangles: Some(triangles), .. } if triangles.has_error_target())
+        (self.triangles()).is_some_and(Triangles::has_error_target)
     }
 
     /// Estimated relative L1 error of suns and lamps on the planar receiver where it is largest, in the last frame, and
@@ -215,13 +215,10 @@ impl Caustic {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn error(&self) -> Result<Option<(f32, bool)>> {
-        match self {
-            Self::Splat {
-                triangles: Some(triangles),
-                ..
-            } if triangles.has_error_target() => Ok(Some(triangles.error()?)),
-            _ => Ok(None),
-        }
+        (self.triangles())
+            .filter(|triangles| triangles.has_error_target())
+            .map(Triangles::error)
+            .transpose()
     }
 
     /// Whether the last blocking frame recorded all that was to be drawn.

@@ -4,6 +4,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::gpu_types::constants::ROOT_BITS;
 use crate::render::gpu_types::{TextureLevel, TexturedTriangle};
 use crate::scene::{self, Scene};
 use crate::srgb::decode;
@@ -148,8 +149,13 @@ static ROOTS: LazyLock<[f64; 256]> =
 
 /// The roots of the linear red, green and blue, in 11, 11 and 10 bits: finer than the bytes, and fast to decode.
 fn packed([red, green, blue, _]: [u8; 4]) -> u32 {
-    let bits = |byte: u8, most: f64| (most * ROOTS[usize::from(byte)]).round() as u32;
-    bits(red, 2047.0) | bits(green, 2047.0) << 11 | bits(blue, 1023.0) << 22
+    let root = |byte: u8, bits: u32| {
+        let most = f64::from((1 << bits) - 1);
+        (most * ROOTS[usize::from(byte)]).round() as u32
+    };
+    root(red, ROOT_BITS)
+        | root(green, ROOT_BITS) << ROOT_BITS
+        | root(blue, u32::BITS - 2 * ROOT_BITS) << (2 * ROOT_BITS)
 }
 
 #[cfg(test)]

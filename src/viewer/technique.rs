@@ -1,6 +1,6 @@
 //! How a side of the picture computes its caustic.
 
-use nephroid::render::{FrameBudget, Method, Settings};
+use nephroid::render::{DEFAULT_ERROR, FrameBudget, Method, Settings};
 use std::time::Duration;
 
 /// Relative L1 errors to aim for.
@@ -33,7 +33,7 @@ impl Default for Technique {
         Self {
             is_reference: false,
             method: settings.method,
-            aim: Aim::Error(0.02),
+            aim: Aim::Error(DEFAULT_ERROR),
             environment_cells: settings.environment_cells,
             environment_images: settings.environment_images,
         }

@@ -3,7 +3,7 @@
 use super::technique::{Aim, ERRORS, Technique};
 use super::widgets::{settled, slide};
 use egui::{ComboBox, Ui};
-use nephroid::render::Method;
+use nephroid::render::{DEFAULT_ERROR, Method};
 
 pub fn technique(ui: &mut Ui, technique: &mut Technique) {
     ui.checkbox(&mut technique.is_reference, "reference on the CPU")
@@ -18,7 +18,11 @@ pub fn technique(ui: &mut Ui, technique: &mut Technique) {
                 ui.selectable_value(&mut technique.method, method, method.name());
             }
         });
-    let (error, budget, samples) = (Aim::Error(0.02), Aim::Budget(50.0), Aim::Samples(16_384));
+    let (error, budget, samples) = (
+        Aim::Error(DEFAULT_ERROR),
+        Aim::Budget(50.0),
+        Aim::Samples(16_384),
+    );
     let is_kind = |aim: Aim| std::mem::discriminant(&aim) == std::mem::discriminant(&technique.aim);
     let kinds = [
         (error, "error"),

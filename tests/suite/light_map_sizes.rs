@@ -1,51 +1,17 @@
 //! Light maps whose sizes the renderer chooses.
 
+use crate::common::folder::{Folder, SCENE};
 use crate::common::{Device, load, only_receiver};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::choose_light_maps;
 use nephroid::render::Settings;
-use nephroid::scene;
 
-const SCENE: &str = r#"
-version = 1
-
-[camera]
-position = [0.0, 1.0, 3.0]
-target = [0.0, 0.0, 0.0]
-fov_degrees = 40.0
-
-[[light]]
-name = "sun"
-kind = "sun"
-direction = [0.0, 1.0, 0.3]
-irradiance = [1.0, 1.0, 1.0]
-angular_radius_degrees = 0.27
-
-[[material]]
-name = "silver"
-kind = "mirror"
-reflectance = [0.9, 0.9, 0.9]
-
-[[material]]
-name = "white"
-kind = "diffuse"
-albedo = [0.8, 0.8, 0.8]
-
-[[object]]
-name = "mirror"
-rect = { origin = [-0.5, 0.0, 0.0], edge_u = [1.0, 0.0, 0.0], edge_v = [0.0, 1.0, 0.0] }
-material = "silver"
-
-[[object]]
-name = "floor"
-rect = { origin = [-2.0, 0.0, 2.0], edge_u = [4.0, 0.0, 0.0], edge_v = [0.0, 0.0, -2.0] }
-material = "white"
-lightmap = "auto"
-
+/// A second rect, with a size.
+const CEILING: &str = r#"
 [[object]]
 name = "ceiling"
 rect = { origin = [-2.0, 2.0, 0.0], edge_u = [4.0, 0.0, 0.0], edge_v = [0.0, 0.0, 2.0] }
-material = "white"
+material = "plaster"
 lightmap = [8, 8]
 "#;
 
@@ -89,7 +55,7 @@ fn chosen_light_maps_resolve_the_caustic() {
         let receiver = scene.objects[floor].name.clone();
         let scene = only_receiver(scene, &receiver, [64, 64]);
         let chosen = choose_light_maps(&device.0, &scene, &[floor], &aims(target)).unwrap();
-        let [found] = chosen[..] else {
+        let [found] = &chosen[..] else {
             panic!("{chosen:?}")
         };
         let baked = |texels| {
@@ -113,10 +79,13 @@ fn chosen_light_maps_resolve_the_caustic() {
 /// A light map that gets no light is as small as can be, and sizes in the file are kept.
 #[test]
 fn only_light_maps_without_a_size_change() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
-    std::fs::write(&path, SCENE).unwrap();
-    let animation = scene::load(&path).unwrap().animation;
+    let folder = Folder::new();
+    // Twice as long as wide.
+    let text = SCENE
+        .replace("edge_v = [0.0, 0.0, -2.0]", "edge_v = [0.0, 0.0, -1.0]")
+        .replace("lightmap = [32, 16]", "lightmap = \"auto\"");
+    folder.write("scene.toml", text + CEILING);
+    let animation = folder.load().unwrap().animation;
     let scene = animation.at(0.0);
     let [floor] = animation.auto_light_maps() else {
         panic!("one is \"auto\"")

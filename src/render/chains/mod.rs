@@ -18,7 +18,6 @@ use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Foo
 use crate::render::splat::prefix_sums::BlockSums;
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
-use crate::scene::{Material, MaterialKind, Scene};
 use std::sync::Arc;
 
 /// Maximum number of paths of a wave over the number of rays of the lattices. A wave grows where both lobes are followed.
@@ -159,7 +158,7 @@ impl Chains {
             ];
             scene.compute(context, &shaders::SCAN_CHAINS_COMP, &own)
         };
-        let wave_count = if divides(&scene.scene) { WAVES } else { 1 };
+        let wave_count = if scene.casters.lobes > 1 { WAVES } else { 1 };
         let last = wave_count as usize % 2;
         let own = [
             ("paths", buffer(&paths[last])),
@@ -294,10 +293,4 @@ impl Chains {
         let offset = 4 * WAVE_DRAW_WORD as u64;
         recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, waves, offset);
     }
-}
-
-/// Whether light divides at interfaces.
-fn divides(scene: &Scene) -> bool {
-    let is_dielectric = |material: &Material| matches!(material.kind, MaterialKind::Dielectric(_));
-    scene.materials.iter().any(is_dielectric)
 }

@@ -45,8 +45,7 @@ impl Triangles {
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
     pub fn error(&self) -> Result<(f32, bool)> {
-        let count = self.shares.bytes() as usize / size_of::<ReceiverShare>();
-        let shares = self.shares.read::<ReceiverShare>(count)?;
+        let shares = self.receiver_shares()?;
         let error = shares.iter().map(|share| share.error).fold(0.0, f32::max);
         Ok((error, shares.iter().any(|share| share.is_limited != 0)))
     }
@@ -69,9 +68,13 @@ impl Triangles {
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
     pub fn receiver_fluxes(&self) -> Result<Vec<f32>> {
-        let count = self.shares.bytes() as usize / size_of::<ReceiverShare>();
-        let shares = self.shares.read::<ReceiverShare>(count)?;
+        let shares = self.receiver_shares()?;
         Ok(shares.iter().map(|share| share.flux).collect())
+    }
+
+    fn receiver_shares(&self) -> Result<Vec<ReceiverShare>> {
+        let count = self.shares.bytes() as usize / size_of::<ReceiverShare>();
+        self.shares.read(count)
     }
 
     /// Number of pairs of facet and light that sent no light to a planar receiver in the last frame, and of all pairs.
