@@ -88,7 +88,7 @@ uint trace_beam(Beam beam, bool finds_dark) {
     vec3 along = beam.s / grid.scale;
     vec3 inverse = safe_inverse(beam.s * grid.scale);
     uint found = IS_LIT;
-    uint stack[STACK];
+    uint stack[STACK + 1];
     stack[0] = NO_LINK;
     int top = 1;
     uint link = 0;
@@ -97,7 +97,8 @@ uint trace_beam(Beam beam, bool finds_dark) {
             Node node = node_at(link);
             bool left = may_enter(node.left, beam, grid.scale, start, inverse, along);
             bool right = may_enter(node.right, beam, grid.scale, start, inverse, along);
-            if (left && right && top < STACK) stack[top++] = node.right_link;
+            stack[top] = node.right_link;
+            top += int(left && right && top < STACK);
             link = left ? node.left_link : right ? node.right_link : stack[--top];
         }
         if (link == NO_LINK) return found;
