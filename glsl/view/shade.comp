@@ -17,15 +17,32 @@ float brightness(Ray ray) {
     return dot(ray.weight, vec3(1.0));
 }
 
+// Places of pending rays are compared with constants: lavapipe writes to a variable place of an array lane by lane.
+void put(inout Ray waiting[MAX_WAITING], int place, Ray ray) {
+    for (int i = 0; i < MAX_WAITING; i++) {
+        if (i == place) waiting[i] = ray;
+    }
+}
+
+Ray waiting_at(Ray waiting[MAX_WAITING], int place) {
+    Ray found = waiting[0];
+    for (int i = 1; i < MAX_WAITING; i++) {
+        if (i == place) found = waiting[i];
+    }
+    return found;
+}
+
 // Adds a pending ray, in place of the one of the least weight if there are too many.
 void add(inout Ray waiting[MAX_WAITING], inout int count, Ray ray) {
-    if (count < MAX_WAITING) {
-        waiting[count++] = ray;
-        return;
-    }
     int least = 0;
-    for (int i = 1; i < MAX_WAITING; i++) least = brightness(waiting[i]) < brightness(waiting[least]) ? i : least;
-    if (brightness(waiting[least]) < brightness(ray)) waiting[least] = ray;
+    float weight = brightness(waiting[0]);
+    for (int i = 1; i < MAX_WAITING; i++) {
+        float own = brightness(waiting[i]);
+        least = own < weight ? i : least;
+        weight = min(own, weight);
+    }
+    if (count < MAX_WAITING) put(waiting, count++, ray);
+    else if (weight < brightness(ray)) put(waiting, least, ray);
 }
 
 // Adds the light on a surface with this albedo.
@@ -100,16 +117,22 @@ Seen traced(vec3 direction, uint first, float spread) {
             }
         }
         // The pending ray of the largest weight is next, so that the rays that are left in the end matter least.
-        int next = 0;
-        for (int i = 1; i < count; i++) next = brightness(waiting[i]) > brightness(waiting[next]) ? i : next;
-        if (ends) {
-            if (count == 0) break;
-            ray = waiting[next];
-            waiting[next] = waiting[--count];
-        } else if (count > 0 && brightness(waiting[next]) > brightness(ray)) {
-            Ray put_off = ray;
-            ray = waiting[next];
-            waiting[next] = put_off;
+        int next = -1;
+        float weight = ends ? -1.0 : brightness(ray);
+        for (int i = 0; i < MAX_WAITING; i++) {
+            float own = i < count ? brightness(waiting[i]) : -1.0;
+            next = own > weight ? i : next;
+            weight = max(own, weight);
+        }
+        if (next < 0 && ends) break;
+        if (next >= 0) {
+            Ray found = waiting_at(waiting, next);
+            // The last one, or the ray that is put off, takes its place.
+            Ray moved = waiting_at(waiting, count - 1);
+            if (!ends) moved = ray;
+            put(waiting, next, moved);
+            count -= ends ? 1 : 0;
+            ray = found;
         }
         hit = next_hit(ray);
     }
