@@ -26,17 +26,20 @@ layout(push_constant) uniform ListedPush {
 #include "lighting.glsl"
 #include "work_list.glsl"
 
-// Mean irradiance of a texel over Light.power: by four rays, and unless all of these are dark by twelve more.
+// Mean irradiance of a texel over Light.power: by four rays, and unless these are all dark or all lit by twelve more.
 float texel_irradiance(Light light, DiffuseSurface surface, PlanarReceiver plane, vec2 place) {
     float sum = 0.0;
+    uint lit = 0;
     for (uint i = 0; i < LIGHT_RAYS; i++) {
-        if (i == 4 && sum == 0.0) return 0.0;
+        if (i == 4 && (lit == 0 || lit == 4)) return sum / 4.0;
         // Rays 4 j to 4 j + 3 are in different quarters of the texel.
         uvec2 cell = uvec2(2 * (i & 1) + (i >> 2 & 1), (i & 2) + (i >> 3));
         uint k = cell.y * LIGHT_RAYS_SIDE + cell.x;
         vec2 within = (vec2(cell) + 0.5) / float(LIGHT_RAYS_SIDE);
         // 7 k mod 16 spreads neighbouring points over the disc.
-        sum += ray_irradiance(light, from_texels(plane, place + within), plane.normal, surface.triangle, 7 * k % LIGHT_RAYS, LIGHT_RAYS);
+        float found = ray_irradiance(light, from_texels(plane, place + within), plane.normal, surface.triangle, 7 * k % LIGHT_RAYS, LIGHT_RAYS);
+        sum += found;
+        lit += found > 0.0 ? 1 : 0;
     }
     return sum / float(LIGHT_RAYS);
 }
