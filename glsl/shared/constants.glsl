@@ -168,11 +168,15 @@ const uint IS_LIT = 0;
 const uint IS_DARK = 1;
 const uint IS_MIXED = 2;
 
-// Environment cells that a texel has rays to: every cell is that of one of DIRECT_CELLS_SIDE^2 neighbouring texels.
+// Environment cells that texels have rays to, in groups of DIRECT_CELLS_SIDE^2 cells that are close together. A texel has a ray to
+// one cell of each group: every cell is that of one of DIRECT_CELLS_SIDE^2 neighbouring texels.
 const uint DIRECT_CELLS = 256;
 const uint DIRECT_CELLS_SIDE = 4;
-// Texels whose neighbours do not stand for them have rays to one of so many cells.
-const uint DIRECT_CELLS_STEP = 2;
+const uint DIRECT_CELL_GROUPS = 16;
+// Texels whose neighbours do not stand for them have rays to one of so many cells of a group.
+const uint DIRECT_CELLS_STEP = 4;
+// Parts of the texels of a rect, by their columns and rows modulo 2, which have their rays one after the other.
+const uint ENVIRONMENT_PARTS = 4;
 
 // Of the number of a visible triangle: it is seen by rays, since it reflects or refracts.
 const uint BY_RAYS = 0x40000000u;

@@ -1,27 +1,28 @@
 // Direct light of the environment by its cells. The including shader declares the buffer `direct_cells` and includes
 // trace.glsl.
 
-// Irradiance from the cells first, first + step, ... below first + count, times `step`, with a shadow ray to each. `blocked`
-// is the share of it without shadows that is in shadow.
-vec3 cells_irradiance(vec3 x, vec3 n, uint self, uint first, uint step_, uint count, out float blocked) {
-    vec3 sum = vec3(0.0);
-    vec3 open = vec3(0.0);
-    for (uint i = 0; i < count; i += step_) {
-        // Cells below the horizon are passed over in a loop of their own, which costs less than a ray.
-        while (i + step_ < count && dot(n, direct_cell_at(first + i).mean) <= 0.0) i += step_;
-        DirectCell cell = direct_cell_at(first + i);
-        float cosine = max(dot(n, cell.mean), 0.0);
-        // A cell that the horizon cuts.
-        vec3 s = dot(n, cell.direction) > 0.0 ? cell.direction : normalize(cell.mean);
-        open += cosine * cell.power;
-        if (!occluded_by(OCCLUDES_ENVIRONMENT, x, s, FAR, self)) sum += cosine * cell.power;
-    }
-    vec3 weight = vec3(1.0);
-    blocked = dot(open, weight) > 0.0 ? 1.0 - dot(sum, weight) / dot(open, weight) : 0.0;
-    return float(step_) * sum;
+const uint CELLS_OF_GROUP = DIRECT_CELLS_SIDE * DIRECT_CELLS_SIDE;
+
+// Irradiance of a plane with the unit normal n from a cell without shadows.
+vec3 open_irradiance(DirectCell cell, vec3 n) {
+    return max(dot(n, cell.mean), 0.0) * cell.power;
 }
 
-vec3 cells_irradiance(vec3 x, vec3 n, uint self, uint first, uint step_, uint count) {
-    float blocked;
-    return cells_irradiance(x, n, self, first, step_, count, blocked);
+// Whether something lies between x and a cell that is not below the horizon.
+bool is_cell_occluded(DirectCell cell, vec3 x, vec3 n, uint self) {
+    // The horizon may cut the cell.
+    vec3 s = dot(n, cell.direction) > 0.0 ? cell.direction : normalize(cell.mean);
+    return occluded_by(OCCLUDES_ENVIRONMENT, x, s, FAR, self);
+}
+
+// Irradiance from the cells first, first + 1, ... below first + count, with a shadow ray to each.
+vec3 cells_irradiance(vec3 x, vec3 n, uint self, uint first, uint count) {
+    vec3 sum = vec3(0.0);
+    for (uint i = 0; i < count; i++) {
+        // Cells below the horizon are passed over in a loop of their own, which costs less than a ray.
+        while (i + 1 < count && dot(n, direct_cell_at(first + i).mean) <= 0.0) i++;
+        DirectCell cell = direct_cell_at(first + i);
+        if (!is_cell_occluded(cell, x, n, self)) sum += open_irradiance(cell, n);
+    }
+    return sum;
 }

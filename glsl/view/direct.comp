@@ -16,7 +16,7 @@ layout(push_constant) uniform DirectPush {
     uint surface;
     uint receiver;       // of kind ATLAS: index among the mesh receivers
     uint light_count;
-    uint direct_cell_count; // of a point of a mesh; 0: no environment
+    uint unused;
 } push;
 
 #include "light.glsl"

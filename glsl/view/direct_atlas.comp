@@ -11,14 +11,16 @@ LIGHTS(3)
 SURFACES(4)
 layout(std430, binding = 5) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 6) readonly buffer AtlasSamples_ { AtlasSamples atlas_samples[]; };
-DIRECT_CELLS_OF(7)
+layout(std430, binding = 7) readonly buffer TrianglePointsBuffer { TrianglePoints triangle_points[]; };
+layout(std430, binding = 9) readonly buffer PointLight { vec4 point_light[]; }; // of the environment
 layout(binding = 8, rgba32f) uniform writeonly image2D direct_map;
+layout(constant_id = ID_HAS_ENVIRONMENT) const bool HAS_ENVIRONMENT = true;
 layout(push_constant) uniform DirectPush {
     uvec2 first;         // first texel of this rectangle in the surface's tile
     uint surface;
     uint receiver;       // of kind ATLAS: index among the mesh receivers
     uint light_count;
-    uint direct_cell_count; // 0: no environment
+    uint unused;
 } push;
 
 #include "trace.glsl"
@@ -29,33 +31,25 @@ layout(push_constant) uniform DirectPush {
 #include "atlas_samples.glsl"
 #include "sampling.glsl"
 #include "open_light.glsl"
+#include "beam.glsl"
 #include "lighting.glsl"
-#include "direct_cells.glsl"
+#include "light_of_points.glsl"
 
-// Irradiance of a mesh receiver's texel: the mean over the points of its quarters, which share the rays. The next
-// quarter replaces an empty one. `parity`: which half of the environment's cells the texel has rays to.
-vec3 atlas_irradiance(AtlasSamples points, uint parity) {
-    vec3 sum = vec3(0.0);
-    for (uint part = 0; part < 4; part++) {
-        uint quarter = part;
-        for (uint i = 0; i < 3 && points.triangles[quarter] == NO_TRIANGLE; i++) quarter = (quarter + 1) % 4;
-        uint self = points.triangles[quarter];
-        if (self == NO_TRIANGLE) return vec3(0.0);
-        Triangle triangle = triangle_at(self);
-        Normals corner = normals_at(self);
-        vec2 w = unpackUnorm2x16(points.weights[quarter]);
-        vec3 x = on_smooth_surface(triangle, corner, sample_point(points, int(quarter)), w);
-        vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
-        for (uint i = 0; i < push.light_count; i++) {
-            Light light = light_at(i);
-            if (is_below(disc_at(light, x), n)) continue;
-            for (uint k = part; k < POINT_LIGHT_RAYS; k += 4) {
-                sum += light.power * ray_irradiance(light, x, n, self, k, POINT_LIGHT_RAYS) / float(POINT_LIGHT_RAYS);
-            }
-        }
-        sum += cells_irradiance(x, n, self, DIRECT_CELLS_STEP * part + parity, 4 * DIRECT_CELLS_STEP, push.direct_cell_count > 0 ? DIRECT_CELLS : 0) / 4.0;
+// The points of a texel's quarters. The next quarter replaces an empty one.
+struct Quarters {
+    uint triangles[4];
+    vec3 x[4];
+    vec3 n[4];
+};
+
+// Mean irradiance of the quarters over Light.power. They share the rays.
+float quarters_irradiance(Light light, Quarters quarters) {
+    float sum = 0.0;
+    for (uint k = 0; k < POINT_LIGHT_RAYS; k++) {
+        uint quarter = k % 4;
+        sum += ray_irradiance(light, quarters.x[quarter], quarters.n[quarter], quarters.triangles[quarter], k, POINT_LIGHT_RAYS);
     }
-    return sum;
+    return sum / float(POINT_LIGHT_RAYS);
 }
 
 void main() {
@@ -63,6 +57,52 @@ void main() {
     uvec2 texel = push.first + gl_GlobalInvocationID.xy;
     if (texel.x >= surface.width || texel.y >= surface.height) return;
     MeshReceiver receiver = mesh_receivers[push.receiver];
-    vec3 found = atlas_irradiance(atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width], (texel.x + texel.y) % DIRECT_CELLS_STEP);
-    imageStore(direct_map, ivec2(texel + uvec2(surface.tile_x, surface.tile_y)), vec4(found, 0.0));
+    AtlasSamples points = atlas_samples[receiver.first_texel + texel.x + texel.y * receiver.width];
+    Quarters quarters;
+    vec3 sum = vec3(0.0);
+    vec3 centre = vec3(0.0);
+    vec3 normal = vec3(0.0);
+    bool is_empty = false;
+    for (uint part = 0; part < 4; part++) {
+        uint quarter = part;
+        for (uint i = 0; i < 3 && points.triangles[quarter] == NO_TRIANGLE; i++) quarter = (quarter + 1) % 4;
+        uint self = points.triangles[quarter];
+        is_empty = self == NO_TRIANGLE;
+        if (is_empty) break;
+        Triangle triangle = triangle_at(self);
+        Normals corner = normals_at(self);
+        vec2 w = unpackUnorm2x16(points.weights[quarter]);
+        quarters.triangles[part] = self;
+        quarters.x[part] = on_smooth_surface(triangle, corner, sample_point(points, int(quarter)), w);
+        quarters.n[part] = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
+        centre += quarters.x[part] / 4.0;
+        normal += quarters.n[part];
+        if (HAS_ENVIRONMENT) sum += light_of_points(triangle_points[self], w) / 4.0;
+    }
+    if (!is_empty) {
+        float radius = 0.0;
+        for (uint part = 0; part < 4; part++) radius = max(radius, distance(quarters.x[part], centre));
+        vec3 n = normalize(normal);
+        vec3 a, b;
+        basis(n, a, b);
+        for (uint i = 0; i < push.light_count; i++) {
+            Light light = light_at(i);
+            LightDisc disc = disc_at(light, centre);
+            // The beam decides for points that are all above the light's horizon.
+            bool is_above = true;
+            bool is_dark = true;
+            float open = 0.0;
+            for (uint part = 0; part < 4; part++) {
+                vec3 own = quarters.n[part];
+                is_above = is_above && !is_cut(disc, own) && dot(own, disc.direction) > 0.0;
+                is_dark = is_dark && is_below(disc, own);
+                open += open_irradiance(disc, own) / 4.0;
+            }
+            if (is_dark) continue;
+            uint shade = trace_beam(beam_to(light, disc, centre, n, radius * a, radius * b, CURVATURE), true);
+            if (shade == IS_LIT && is_above) sum += light.power * open;
+            else if (shade != IS_DARK) sum += light.power * quarters_irradiance(light, quarters);
+        }
+    }
+    imageStore(direct_map, ivec2(texel + uvec2(surface.tile_x, surface.tile_y)), vec4(sum, 0.0));
 }

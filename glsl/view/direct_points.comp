@@ -1,4 +1,4 @@
-// direct points: direct light at the points of meshes without a light map.
+// direct points: direct light at points of meshes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -10,10 +10,11 @@ NODES(2)
 LIGHTS(3)
 DIRECT_CELLS_OF(4)
 layout(std430, binding = 5) readonly buffer SurfacePoints { SurfacePoint surface_points[]; };
+layout(std430, binding = 7) readonly buffer TracedPoints { uint traced_points[]; };
 layout(std430, binding = 6) writeonly buffer PointLight { vec4 point_light[]; };
 layout(push_constant) uniform DirectPointsPush {
-    uint first;
-    uint point_count;
+    uint first;          // first one of this range of `traced_points`
+    uint end;            // of the range
     uint light_count;
     uint direct_cell_count; // of a point; 0: no environment
 } push;
@@ -30,8 +31,9 @@ layout(push_constant) uniform DirectPointsPush {
 #include "direct_cells.glsl"
 
 void main() {
-    uint index = push.first + gl_GlobalInvocationID.x;
-    if (index >= push.point_count) return;
+    uint item = push.first + gl_GlobalInvocationID.x;
+    if (item >= push.end) return;
+    uint index = traced_points[item];
     SurfacePoint point = surface_points[index];
     uint self = point.triangle;
     Triangle triangle = triangle_at(self);
@@ -58,6 +60,6 @@ void main() {
             sum += light.power * ray_irradiance(light, x, n, self, k, POINT_LIGHT_RAYS) / float(POINT_LIGHT_RAYS);
         }
     }
-    sum += cells_irradiance(x, n, self, DIRECT_CELLS, 1, push.direct_cell_count);
+    sum += cells_irradiance(x, n, self, DIRECT_CELLS, push.direct_cell_count);
     point_light[index] = vec4(sum, 0.0);
 }

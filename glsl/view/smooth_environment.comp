@@ -14,11 +14,12 @@ layout(std430, binding = 4) writeonly buffer Items { uvec2 items[]; };
 layout(push_constant) uniform DirectEnvironmentPush {
     uvec2 first;         // first texel of this rectangle
     uint surface;
-    uint unused;
+    uint part;           // unused
 } push;
 
 #include "planar_receiver.glsl"
 #include "surface.glsl"
+#include "environment_shadow.glsl"
 
 // Change of the share in shadow across the neighbours that is an edge of a shadow. The noise of their rays is below it.
 const float EDGE_OF_SHADOW = 0.2;
@@ -44,16 +45,16 @@ void main() {
             at += side * (ivec2(lessThan(at, ivec2(0))) - ivec2(greaterThanEqual(at, size)));
             at = clamp(at, ivec2(0), size - 1);
             vec4 rays = texelFetch(environment_rays, tile + at, 0);
-            if (rays.a < 0.0) continue;
+            if (rays.a == NO_LIGHT) continue;
             float weight = (abs(x) == side / 2 ? 0.5 : 1.0) * (abs(y) == side / 2 ? 0.5 : 1.0);
             sum += weight * rays.rgb;
             weights += weight;
             if (max(abs(x), abs(y)) < side / 2) near += vec4(rays.rgb, 1.0);
-            change += weight * rays.a * vec2(sign(x), sign(y));
+            change += weight * share_in(rays.a) * vec2(sign(x), sign(y));
         }
     }
     vec3 found = weights > 0.0 ? sum / weights : vec3(0.0);
-    bool is_covered = texelFetch(environment_rays, tile + texel, 0).a < 0.0;
+    bool is_covered = texelFetch(environment_rays, tile + texel, 0).a == NO_LIGHT;
     if (is_covered && near.a > 0.0) found = near.rgb / near.a;
     if (!is_covered && (weights < float(side * side) || max(abs(change.x), abs(change.y)) > EDGE_OF_SHADOW * float(side * side) / 2.0)) {
         items[atomicAdd(counts[0], 1)] = uvec2(uint(texel.x) | uint(texel.y) << 16, push.surface);

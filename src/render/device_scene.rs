@@ -256,7 +256,7 @@ impl DeviceScene {
             (ID_HAS_LAMPS, has_lamps),
             (ID_HAS_ENVIRONMENT, self.environment.is_present),
             (ID_HAS_ATLAS, self.receivers.mesh_count() > 0),
-            (ID_HAS_POINTS, self.surfaces.points.count > 0),
+            (ID_HAS_POINTS, self.surfaces.drawn_counts[2] > 0),
             (ID_HAS_TEXTURES, self.textures.is_present),
             (ID_DISPERSES, self.spectrum.coordinate.is_some()),
         ] {
@@ -266,61 +266,43 @@ impl DeviceScene {
     }
 
     /// The scene's buffers and images, by the names that shaders have for them.
-    fn resources(&self) -> [(&'static str, Resource<'_>); 26] {
+    fn resources(&self) -> [(&'static str, Resource<'_>); 28] {
+        let buffer = Resource::Buffer;
         [
-            ("triangles", Resource::Buffer(&self.geometry.triangles)),
-            ("normals", Resource::Buffer(&self.geometry.normals)),
-            ("nodes", Resource::Buffer(&self.geometry.nodes)),
-            ("objects", Resource::Buffer(&self.objects)),
-            ("lights", Resource::Buffer(&self.lights.buffer)),
-            ("planar_receivers", Resource::Buffer(&self.receivers.planar)),
-            ("mesh_receivers", Resource::Buffer(&self.receivers.mesh)),
-            (
-                "atlas_texels",
-                Resource::Buffer(&self.receivers.atlas_texels),
-            ),
-            (
-                "atlas_samples",
-                Resource::Buffer(&self.receivers.atlas_samples),
-            ),
-            ("atlas_nodes", Resource::Buffer(&self.receivers.atlas_nodes)),
-            ("surfaces", Resource::Buffer(&self.surfaces.surfaces)),
-            (
-                "block_surfaces",
-                Resource::Buffer(&self.surfaces.block_surfaces),
-            ),
-            ("drawn_triangles", Resource::Buffer(&self.surfaces.drawn)),
-            (
-                "smooth_groups",
-                Resource::Buffer(&self.surfaces.smooth_groups),
-            ),
-            ("blocks", Resource::Buffer(&self.surfaces.blocks)),
-            (
-                "surface_points",
-                Resource::Buffer(&self.surfaces.points.points),
-            ),
+            ("triangles", buffer(&self.geometry.triangles)),
+            ("normals", buffer(&self.geometry.normals)),
+            ("nodes", buffer(&self.geometry.nodes)),
+            ("objects", buffer(&self.objects)),
+            ("lights", buffer(&self.lights.buffer)),
+            ("planar_receivers", buffer(&self.receivers.planar)),
+            ("mesh_receivers", buffer(&self.receivers.mesh)),
+            ("atlas_texels", buffer(&self.receivers.atlas_texels)),
+            ("atlas_samples", buffer(&self.receivers.atlas_samples)),
+            ("atlas_nodes", buffer(&self.receivers.atlas_nodes)),
+            ("surfaces", buffer(&self.surfaces.surfaces)),
+            ("block_surfaces", buffer(&self.surfaces.block_surfaces)),
+            ("drawn_triangles", buffer(&self.surfaces.drawn)),
+            ("smooth_groups", buffer(&self.surfaces.smooth_groups)),
+            ("blocks", buffer(&self.surfaces.blocks)),
+            ("surface_points", buffer(&self.surfaces.points.points)),
             (
                 "triangle_points",
-                Resource::Buffer(&self.surfaces.points.of_triangles),
+                buffer(&self.surfaces.points.of_triangles),
             ),
-            ("point_light", Resource::Buffer(&self.surfaces.points.light)),
+            ("traced_points", buffer(&self.surfaces.points.traced)),
+            ("copied_points", buffer(&self.surfaces.points.copies)),
+            ("point_light", buffer(&self.surfaces.points.light)),
             (
                 "direct_cells",
-                Resource::Buffer(&self.environment.direct_cells.buffer),
+                buffer(&self.environment.direct_cells.buffer),
             ),
-            ("lit_triangles", Resource::Buffer(&self.casters.lit)),
-            ("profiles", Resource::Buffer(&self.profiles)),
-            (
-                "weights_below",
-                Resource::Buffer(&self.spectrum.weights_below),
-            ),
+            ("lit_triangles", buffer(&self.casters.lit)),
+            ("profiles", buffer(&self.profiles)),
+            ("weights_below", buffer(&self.spectrum.weights_below)),
             ("environment", Resource::Image(&self.environment.image)),
-            (
-                "textured_triangles",
-                Resource::Buffer(&self.textures.triangles),
-            ),
-            ("texture_levels", Resource::Buffer(&self.textures.levels)),
-            ("textures", Resource::Buffer(&self.textures.texels)),
+            ("textured_triangles", buffer(&self.textures.triangles)),
+            ("texture_levels", buffer(&self.textures.levels)),
+            ("textures", buffer(&self.textures.texels)),
         ]
     }
 

@@ -148,9 +148,11 @@ mirrors! {
     ClassifyPush { first: u32, block_count: u32, light_count: u32, }
     ListedPush { first: u32, light_count: u32, }
     PlanPush { per_group: u32, }
-    DirectEnvironmentPush { first: UVec2, surface: u32, unused: u32, }
-    DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, direct_cell_count: u32, }
-    DirectPointsPush { first: u32, point_count: u32, light_count: u32, direct_cell_count: u32, }
+    DirectEnvironmentPush { first: UVec2, surface: u32, part: u32, }
+    OpenGroupsPush { count: u32, }
+    DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, unused: u32, }
+    CopyPush { first: u32, end: u32, }
+    DirectPointsPush { first: u32, end: u32, light_count: u32, direct_cell_count: u32, }
     CameraPush {
         eye: Vec3, near: f32, right: Vec3, first: u32, up: Vec3, light_count: u32, forward: Vec3, rotation: f32,
         size: Vec2, tile: Vec2,

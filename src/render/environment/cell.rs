@@ -47,6 +47,16 @@ impl EnvironmentCell {
         }
     }
 
+    /// Unit vector toward the cell's centre, in an environment that is not turned.
+    pub fn direction(&self) -> DVec3 {
+        let cosine = (1.0 - self.sine * self.sine).max(0.0).sqrt();
+        DVec3::new(
+            cosine * self.azimuth.sin(),
+            self.sine,
+            -cosine * self.azimuth.cos(),
+        )
+    }
+
     /// The cell as a source of direct light. The shadow ray goes to `place`, from −1 to 1 across and up.
     pub fn direct_cell(&self, scale: f32, rotation: f32, place: [f64; 2]) -> gpu_types::DirectCell {
         let toward = |azimuth: f64, sine: f64, cosine: f64| {

@@ -42,6 +42,9 @@ impl DirectCells {
         if is_another {
             let counts = [DIRECT_CELLS, POINT_CELLS].map(|count| count as usize);
             self.cells = divide_by_flux(light.map, counts);
+            for (cells, count) in self.cells.iter_mut().zip(counts) {
+                gather(cells, count);
+            }
         }
         let mut all = Vec::new();
         for (cells, count) in self.cells.iter().zip([DIRECT_CELLS, POINT_CELLS]) {
@@ -54,6 +57,23 @@ impl DirectCells {
         }
         staging.write(&self.buffer, 0, &all)
     }
+}
+
+/// Orders cells so that each half of `count` of them is close together, and each half of these, and so on.
+fn gather(cells: &mut [EnvironmentCell], count: usize) {
+    if cells.len() < 2 {
+        return;
+    }
+    let extent = |axis: usize| {
+        let places = || cells.iter().map(|cell| cell.direction()[axis]);
+        places().fold(f64::MIN, f64::max) - places().fold(f64::MAX, f64::min)
+    };
+    let widest = (0..3).max_by(|&a, &b| extent(a).total_cmp(&extent(b)));
+    let axis = widest.expect("three axes");
+    cells.sort_by(|a, b| a.direction()[axis].total_cmp(&b.direction()[axis]));
+    let (low, high) = cells.split_at_mut((count / 2).min(cells.len()));
+    gather(low, count / 2);
+    gather(high, count / 2);
 }
 
 /// Place of the shadow ray of a cell, from −1 to 1 across and up. Rays to the centres would be in rows, and edges along these

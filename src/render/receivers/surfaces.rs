@@ -1,5 +1,6 @@
 //! Where the direct light of diffuse surfaces is: rects have tiles of the direct map, finer than their light maps so that
-//! edges of shadows are sharp; meshes with light maps have tiles with the same texels; other meshes have values at points.
+//! edges of shadows are sharp; meshes with light maps have tiles with the same texels, and the light of the environment at
+//! points; other meshes have all their direct light at points.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
@@ -46,12 +47,13 @@ impl SurfaceTile {
         self.tile.size.map(|side| side.div_ceil(BLOCK))
     }
 
-    /// Threads of the rays of the direct map of the environment: a workgroup has 32 × 2 texels.
+    /// Threads of the rays of one part of the direct map of the environment: every other block of every other row of blocks. A
+    /// workgroup has the upper or the lower half of [`GROUP_SIDE`] blocks.
     pub fn environment_threads(&self) -> [u32; 2] {
-        let [width, height] = self.environment_size();
+        let blocks = (self.environment_size()).map(|side| side.div_ceil(2 * DIRECT_CELLS_SIDE));
         [
-            width.div_ceil(GROUP_SIDE * DIRECT_CELLS_SIDE) * GROUP_SIDE,
-            height.div_ceil(GROUP_SIDE / DIRECT_CELLS_SIDE) * GROUP_SIDE,
+            blocks[0].next_multiple_of(GROUP_SIDE),
+            2 * blocks[1] * GROUP_SIDE,
         ]
     }
 
@@ -190,7 +192,7 @@ impl DeviceSurfaces {
                 };
             }
         }
-        for &object in &self.points.objects {
+        for &object in self.points.unmapped_objects() {
             surfaces[object].kind = POINTS;
         }
         staging.write(&self.surfaces, 0, &surfaces)?;
@@ -216,11 +218,9 @@ impl DeviceSurfaces {
                 .collect();
             staging.write(&self.block_surfaces, 0, &of_blocks)?;
         }
-        let points_moved = self
-            .points
-            .objects
-            .iter()
-            .any(|object| moved.contains(object));
+        // A mesh that is scaled changes the extent that its points stand for, which only the light of suns and lamps depends on.
+        let points_moved =
+            (self.points.unmapped_objects().iter()).any(|object| moved.contains(object));
         match indices_changed || points_moved {
             true => self.points.write(staging, scene, store),
             false => Ok(()),

@@ -1,15 +1,16 @@
 //! direct: light that reaches diffuse surfaces without meeting a caster.
 
 use crate::error::Result;
-use crate::gpu::{BoundPipeline, Context, Image, Recorder, Resource, Sampling, shaders};
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
 use crate::render::environment::direct_cells::POINT_CELLS;
 use crate::render::gpu_types::constants::{
-    BLOCK, DIRECT_CELLS, DIRECT_CELLS_SIDE, DIRECT_CELLS_STEP, LIGHT_RAYS_SIDE, SPLAT_GROUP,
+    BLOCK, DIRECT_CELL_GROUPS, DIRECT_CELLS, DIRECT_CELLS_STEP, LIGHT_RAYS_SIDE, SPLAT_GROUP,
 };
 use crate::render::gpu_types::{
-    ClassifyPush, DirectEnvironmentPush, DirectPointsPush, DirectPush, ListedPush,
+    ClassifyPush, CopyPush, DirectEnvironmentPush, DirectPointsPush, DirectPush, ListedPush,
+    OpenGroupsPush,
 };
 use crate::render::receivers::surfaces::SurfaceTile;
 use crate::render::view::work_list::{Items, WorkList};
@@ -17,6 +18,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 pub struct Direct {
+    open_groups: BoundPipeline,
     environment_rays: BoundPipeline,
     smooth_environment: BoundPipeline,
     sharp_environment: BoundPipeline,
@@ -27,10 +29,13 @@ pub struct Direct {
     penumbra: BoundPipeline,
     atlas: BoundPipeline,
     points: BoundPipeline,
+    copy_points: BoundPipeline,
     /// Irradiance of all rects and of the meshes with light maps, W/m².
     pub map: Image,
     /// Irradiance from the environment, by the rays of each texel, and smooth; of one texel without an environment.
     pub environment: [Image; 2],
+    /// Irradiance of each object, if it is a rect, from each group of environment cells without shadows, W/m².
+    open_light: Buffer,
     /// Texels of the direct map of the environment that need rays of their own.
     pub sharp_texels: WorkList,
     /// Blocks that a light lights in part.
@@ -64,6 +69,10 @@ impl Direct {
                 Resource::Image(&environment[i]),
             )
         });
+        let known_rays = ("known_rays", Resource::Image(&environment[0]));
+        let groups = scene.scene.objects.len() as u64 * u64::from(DIRECT_CELL_GROUPS);
+        let open_light = Buffer::new(context, "open groups", 16 * groups)?;
+        let open_groups = ("open_groups", Resource::Buffer(&open_light));
         let direct_map = ("direct_map", Resource::Image(&map));
         let bind = |shader, own: &[&[_]]| scene.compute(context, shader, &own.concat());
         let environment_texels: u64 = (scene.surfaces.tiles.iter())
@@ -88,12 +97,16 @@ impl Direct {
         ];
         let [texel_list, block_list] = [&sharp_texels, &blocks].map(|list| list.resources("items"));
         Ok(Self {
-            environment_rays: bind(&shaders::ENVIRONMENT_RAYS_COMP, &[&[rays]])?,
+            open_groups: bind(&shaders::OPEN_GROUPS_COMP, &[&[open_groups]])?,
+            environment_rays: bind(&shaders::ENVIRONMENT_RAYS_COMP, &[&[rays, known_rays]])?,
             smooth_environment: bind(
                 &shaders::SMOOTH_ENVIRONMENT_COMP,
                 &[&[rays, smooth], &texel_list],
             )?,
-            sharp_environment: bind(&shaders::SHARP_ENVIRONMENT_COMP, &[&[smooth], &texel_list])?,
+            sharp_environment: bind(
+                &shaders::SHARP_ENVIRONMENT_COMP,
+                &[&[rays, smooth, open_groups], &texel_list],
+            )?,
             classify: bind(&shaders::CLASSIFY_COMP, &[])?,
             list_blocks: bind(&shaders::LIST_BLOCKS_COMP, &[&block_list])?,
             direct: bind(&shaders::DIRECT_COMP, &[&[smooth, direct_map]])?,
@@ -104,8 +117,10 @@ impl Direct {
             penumbra: bind(&shaders::PENUMBRA_COMP, &[&[direct_map], &listed_texels])?,
             atlas: bind(&shaders::DIRECT_ATLAS_COMP, &[&[direct_map]])?,
             points: bind(&shaders::DIRECT_POINTS_COMP, &[])?,
+            copy_points: bind(&shaders::COPY_POINTS_COMP, &[])?,
             map,
             environment,
+            open_light,
             sharp_texels,
             blocks,
             texels,
@@ -122,23 +137,26 @@ impl Direct {
 
     /// Number of rays of a texel of the direct map of the environment, and of one that needs rays of its own.
     pub fn environment_rays() -> [u64; 2] {
-        [
-            DIRECT_CELLS / (DIRECT_CELLS_SIDE * DIRECT_CELLS_SIDE),
-            DIRECT_CELLS / DIRECT_CELLS_STEP,
-        ]
-        .map(u64::from)
+        [DIRECT_CELL_GROUPS, DIRECT_CELLS / DIRECT_CELLS_STEP].map(u64::from)
     }
 
-    /// Records the rays of a rectangle of a tile of the direct map of the environment.
+    /// Records the irradiance from groups of environment cells without shadows.
+    pub fn record_open_groups(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let count = scene.scene.objects.len() as u32 * DIRECT_CELL_GROUPS;
+        recorder.dispatch(&self.open_groups, &OpenGroupsPush { count }, [count, 1, 1]);
+    }
+
+    /// Records the rays of a part of a rectangle of a tile of the direct map of the environment.
     pub fn record_environment_rays(
         &self,
         recorder: &mut Recorder,
         tile: &SurfaceTile,
+        part: u32,
         rect: GroupRect,
     ) {
         recorder.dispatch(
             &self.environment_rays,
-            &direct_environment_push(tile, rect),
+            &direct_environment_push(tile, part, rect),
             rect.threads(),
         );
     }
@@ -152,7 +170,7 @@ impl Direct {
     ) {
         recorder.dispatch(
             &self.smooth_environment,
-            &direct_environment_push(tile, rect),
+            &direct_environment_push(tile, 0, rect),
             rect.threads(),
         );
     }
@@ -251,7 +269,7 @@ impl Direct {
             surface: tile.tile.object as u32,
             receiver: tile.mesh_receiver.unwrap_or(0),
             light_count: scene.lights.scene_count,
-            direct_cell_count: direct_cell_count(scene),
+            unused: 0,
         };
         let pipeline = match tile.is_rect() {
             true => &self.direct,
@@ -260,33 +278,48 @@ impl Direct {
         recorder.dispatch(pipeline, &push, rect.threads());
     }
 
-    /// Records the irradiance of some points.
-    pub fn record_points(&self, recorder: &mut Recorder, scene: &DeviceScene, points: Range<u32>) {
+    /// Records the irradiance of some points from the environment and the first `light_count` suns and lamps, W/m².
+    pub fn record_points(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        light_count: u32,
+        points: Range<u32>,
+    ) {
         let push = DirectPointsPush {
             first: points.start,
-            point_count: points.end,
-            light_count: scene.lights.scene_count,
-            direct_cell_count: direct_cell_count(scene),
+            end: points.end,
+            light_count,
+            direct_cell_count: POINT_CELLS * u32::from(scene.environment.is_present),
         };
         recorder.dispatch(&self.points, &push, [points.end - points.start, 1, 1]);
+    }
+
+    /// Records copies of points.
+    pub fn record_copies(&self, recorder: &mut Recorder, copies: Range<u32>) {
+        let push = CopyPush {
+            first: copies.start,
+            end: copies.end,
+        };
+        recorder.dispatch(&self.copy_points, &push, [copies.end - copies.start, 1, 1]);
     }
 
     /// Bytes of the maps.
     pub fn bytes(&self) -> u64 {
         let lists = self.sharp_texels.bytes() + self.blocks.bytes() + self.texels.bytes();
-        self.map.bytes() + self.environment.iter().map(Image::bytes).sum::<u64>() + lists
+        let images = self.environment.iter().map(Image::bytes).sum::<u64>();
+        self.map.bytes() + images + self.open_light.bytes() + lists
     }
 }
 
-fn direct_environment_push(tile: &SurfaceTile, rect: GroupRect) -> DirectEnvironmentPush {
+fn direct_environment_push(
+    tile: &SurfaceTile,
+    part: u32,
+    rect: GroupRect,
+) -> DirectEnvironmentPush {
     DirectEnvironmentPush {
         first: rect.first,
         surface: tile.tile.object as u32,
-        unused: 0,
+        part,
     }
-}
-
-/// Number of environment cells that light a point of a mesh.
-fn direct_cell_count(scene: &DeviceScene) -> u32 {
-    POINT_CELLS * u32::from(scene.environment.is_present)
 }

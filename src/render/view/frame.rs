@@ -1,9 +1,9 @@
 //! The frame of the view: every pass and every barrier, in order, after those of render/frame.rs.
 //!
 //! ```text
-//! environment rays ─► smooth environment ─► sharp environment     direct light of the environment, where it or geometry changed
+//! open groups ─► environment rays ─► smooth environment ─► sharp environment     direct light of the environment, where it or geometry changed
 //!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► penumbra
-//!          ─► direct atlas ─► direct points ─► dilate                                  direct light, where the scene changed
+//!          ─► direct points ─► direct atlas ─► dilate                                   direct light, where the scene changed
 //!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
 //! ```
 
@@ -12,8 +12,9 @@ use crate::gpu::{Access, Buffer, Recorder};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{GroupRect, first_groups, group_count};
 use crate::render::frame::{LIGHT_MAP_WRITE, dilate_meshes};
-use crate::render::gpu_types::constants::{MAX_ROW, SPLAT_GROUP};
+use crate::render::gpu_types::constants::{ENVIRONMENT_PARTS, MAX_ROW, SPLAT_GROUP};
 use crate::render::receivers::dilate::Dilate;
+use crate::render::receivers::points::PointRanges;
 use crate::render::view::camera::View;
 use crate::render::view::direct::Direct;
 use crate::render::view::work_list::{Items, WorkList};
@@ -26,7 +27,7 @@ const LISTED_GROUPS: u64 = 1 << 13;
 const POINT_GROUP: u64 = SPLAT_GROUP as u64;
 const MAX_POINTS: u64 = POINT_GROUP * MAX_ROW as u64;
 
-/// Computes the direct light of rects from the environment.
+/// Computes the direct light of rects from the environment, and that at the points of meshes with light maps.
 pub fn environment_light(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -35,17 +36,23 @@ pub fn environment_light(
     clear(recorder, &[&direct.sharp_texels.counts])?;
     let [first, first_sharp] = Direct::environment_rays().map(first_groups);
     let rects = || scene.surfaces.tiles.iter().filter(|tile| tile.is_rect());
-    for tile in rects() {
-        each_rect(
-            recorder,
-            "environment rays",
-            tile.environment_threads(),
-            first,
-            |r, rect| {
-                direct.record_environment_rays(r, tile, rect);
-                next(r);
-            },
-        )?;
+    recorder.pass("open groups", |r| {
+        direct.record_open_groups(r, scene);
+        next(r);
+    })?;
+    for part in 0..ENVIRONMENT_PARTS {
+        for tile in rects() {
+            each_rect(
+                recorder,
+                "environment rays",
+                tile.environment_threads(),
+                first,
+                |r, rect| {
+                    direct.record_environment_rays(r, tile, part, rect);
+                    next(r);
+                },
+            )?;
+        }
     }
     for tile in rects() {
         each_rect(
@@ -69,6 +76,40 @@ pub fn environment_light(
             direct.record_sharp_environment(r, scene, items);
             next(r);
         },
+    )?;
+    let [_, mapped] = &scene.surfaces.points.ranges;
+    points_light(
+        recorder,
+        "environment points",
+        scene,
+        direct,
+        (0, mapped),
+        first,
+    )
+}
+
+/// Computes the light of the environment and of the first `light_count` suns and lamps at points of meshes.
+fn points_light(
+    recorder: &mut Recorder,
+    pass: &'static str,
+    scene: &DeviceScene,
+    direct: &Direct,
+    (light_count, points): (u32, &PointRanges),
+    first: u64,
+) -> Result<()> {
+    each_range(recorder, pass, points.traced.clone(), first, |r, points| {
+        direct.record_points(r, scene, light_count, points);
+        next(r);
+    })?;
+    each_range(
+        recorder,
+        "copy points",
+        points.copies.clone(),
+        LISTED_GROUPS,
+        |r, copies| {
+            direct.record_copies(r, copies);
+            next(r);
+        },
     )
 }
 
@@ -77,7 +118,7 @@ fn next(recorder: &mut Recorder) {
     recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
 }
 
-/// Computes the direct light of diffuse surfaces, after that of rects from the environment.
+/// Computes the direct light of diffuse surfaces, after that from the environment.
 pub fn direct_light(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -88,16 +129,32 @@ pub fn direct_light(
     clear(recorder, &[&direct.blocks.counts, &direct.texels.counts])?;
     let first = first_groups(Direct::rays(scene));
     if scene.lights.scene_count > 0 {
-        let blocks = scene.surfaces.block_count;
-        each_range(recorder, "classify blocks", blocks, first, |r, blocks| {
-            direct.record_classify(r, scene, blocks);
-            next(r);
-        })?;
+        let blocks = 0..scene.surfaces.block_count;
+        each_range(
+            recorder,
+            "classify blocks",
+            blocks.clone(),
+            first,
+            |r, blocks| {
+                direct.record_classify(r, scene, blocks);
+                next(r);
+            },
+        )?;
         each_range(recorder, "list blocks", blocks, first, |r, blocks| {
             direct.record_list_blocks(r, scene, blocks);
             next(r);
         })?;
     }
+    let [unmapped, _] = &scene.surfaces.points.ranges;
+    let lights = scene.lights.scene_count;
+    points_light(
+        recorder,
+        "direct points",
+        scene,
+        direct,
+        (lights, unmapped),
+        first,
+    )?;
     for tile in tiles {
         let pass = if tile.is_rect() {
             "direct"
@@ -131,11 +188,6 @@ pub fn direct_light(
             next(r);
         },
     )?;
-    let points = scene.surfaces.points.count;
-    each_range(recorder, "direct points", points, first, |r, points| {
-        direct.record_points(r, scene, points);
-        next(r);
-    })?;
     let meshes = tiles
         .iter()
         .filter(|tile| !tile.is_rect())
@@ -239,17 +291,19 @@ fn each_listed(
     })
 }
 
-/// Records a pass over `total` units, [`SPLAT_GROUP`] to a workgroup.
+/// Records a pass over a range of units, [`SPLAT_GROUP`] to a workgroup.
 fn each_range(
     recorder: &mut Recorder,
     pass: &'static str,
-    total: u32,
+    units: Range<u32>,
     first: u64,
     record: impl Fn(&mut Recorder, Range<u32>),
 ) -> Result<()> {
-    recorder.tiled(pass, total.into(), POINT_GROUP * first, |r, done, limit| {
+    let total = u64::from(units.end - units.start);
+    recorder.tiled(pass, total, POINT_GROUP * first, |r, done, limit| {
         let limit = limit.min(MAX_POINTS);
-        r.pass(pass, |r| record(r, done as u32..(done + limit) as u32))?;
+        let [start, end] = [done, done + limit].map(|unit| units.start + unit as u32);
+        r.pass(pass, |r| record(r, start..end))?;
         Ok(limit)
     })
 }
