@@ -44,20 +44,17 @@ pub struct CutOff {
     pub room: Flux,
     /// Light that interpolated normals would send into the surface that it comes from, W.
     pub normals: Flux,
-    /// Light on mesh receivers after two or more mirrors or interfaces, which their light maps leave out, W.
-    pub meshes: Flux,
 }
 
 impl CutOff {
     /// What is cut off, in words for a report, with its flux, W.
-    pub fn entries(&self) -> [(&'static str, Flux); 6] {
+    pub fn entries(&self) -> [(&'static str, Flux); 5] {
         [
             ("faint lobes", self.faint),
             ("weak lobes", self.weak),
             ("further interfaces", self.interfaces),
             ("no room in the buffers", self.room),
             ("interpolated normals", self.normals),
-            ("mesh receivers", self.meshes),
         ]
     }
 

@@ -44,9 +44,10 @@
 //!   sends to each receiver. By this flux, *count patches* divides facets into patches, the paper's sample points, and *trace
 //!   facets* and *trace patches* test the visibility of their corners. Each patch acts as a pinhole camera: *project triangles*
 //!   computes the image of the light on a receiver, as triangles and, at folds, as kernels.
-//! - *Chains*: light that meets several specular surfaces on its way to a planar receiver. *pilot chains* finds the number of
+//! - *Chains*: light that meets several specular surfaces on its way to a receiver. *pilot chains* finds the number of
 //!   rays, *trace chains* follows a wave of rays to the next surface, *emit chains* writes the next wave and the footprints,
-//!   and *finish chains* follows the remaining rays to their end.
+//!   and *finish chains* follows the remaining rays to their end. On mesh receivers, *count landings* and *project landings*
+//!   turn what landed into mesh footprints.
 //! - *Mesh receivers and environments.* For suns and lamps on mesh receivers, *sample* divides the casters into patches of even
 //!   size; environment cells are projected by patch clusters. *project* computes the splats: footprints, which are kernels with a
 //!   centre, a covariance and a flux, and on planar receivers pinhole images of environment cells. *compact* lists the used

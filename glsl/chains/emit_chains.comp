@@ -1,4 +1,4 @@
-// emit chains: writes the lobes that leave the surfaces of a wave as the next wave, and the footprints of what lands.
+// emit chains: writes the lobes that leave the surfaces of a wave as the next wave, and the footprints of what lands on planar receivers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -41,6 +41,7 @@ void main() {
     uint index = thread_index();
     if (index >= waves[UNITS_WORD]) return;
     ChainHit hit = hit_at(index);
+    hit.footprints &= ~ON_MESHES;
     if (hit.lobes + hit.footprints == 0) return;
     ChainPath path = path_at(index);
     trace_band(path);

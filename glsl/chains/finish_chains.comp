@@ -1,5 +1,5 @@
 // finish chains: follows what is left after the last wave to its end, along one lobe of every surface, chosen in proportion to its
-// light. Each path has one footprint, which is empty where it lands nowhere.
+// light. Each path has one footprint, which is empty where it lands on no planar receiver, and one landing on mesh receivers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -18,6 +18,10 @@ layout(std430, binding = 10) buffer Coarse { uint coarse[]; };
 layout(std430, binding = 11) readonly buffer Profiles { Profile profiles[]; };
 layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
 layout(std430, binding = 13) buffer FluxSums { uint flux_sums[]; };
+layout(std430, binding = 14) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
+layout(std430, binding = 15) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
+layout(std430, binding = 16) writeonly buffer LandingPaths { ChainPath landing_paths[]; };
+layout(std430, binding = 17) writeonly buffer LandingHits { ChainHit landing_hits[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -36,6 +40,8 @@ layout(std430, binding = 13) buffer FluxSums { uint flux_sums[]; };
 #include "spectrum.glsl"
 #include "chain_footprint.glsl"
 #include "chain_flux.glsl"
+#include "light_beam.glsl"
+#include "chain_landing.glsl"
 
 // The first receiver that the path's light lands on, with light of one part of the spectrum, chosen by a number from 0 to 1.
 bool finish(ChainPath path, ChainHit hit, float number, inout Footprint footprint) {
@@ -63,9 +69,17 @@ void main() {
     ChainPath path = path_at(index);
     trace_band(path);
     Footprint footprint = no_footprint();
+    ChainPath landing = path;
+    ChainHit landing_hit = ChainHit(FAR, NO_TRIANGLE, vec2(0.0), path.media, 0, 0);
     for (;;) {
         ChainHit hit = hit_of(path);
         Interaction at;
+        // The end of a path counts, or else the first mesh receiver that it passes.
+        if (HAS_ATLAS && interfaces_of(path) > 1 && (landing_hit.footprints == 0 || ends_on_mesh(path, hit)) && reaches_mesh(path, hit)) {
+            landing = path;
+            landing_hit = hit;
+            landing_hit.footprints = ON_MESHES;
+        }
         bool lands = interfaces_of(path) > 1 && finish(path, hit, choice(index, interfaces_of(path)), footprint);
         if (lands || interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) {
             if (COUNTS_FLUX) count_end(path, hit);
@@ -82,4 +96,13 @@ void main() {
         path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
     }
     footprints[place] = footprint;
+    if (HAS_ATLAS) {
+        uint number = waves[LANDINGS_WORD] + index;
+        if (number < push.landing_capacity) {
+            landing_paths[number] = landing;
+            landing_hits[number] = landing_hit;
+        } else if (COUNTS_FLUX && landing_hit.footprints != 0) {
+            count_no_room_on_meshes(landing, landing_hit);
+        }
+    }
 }

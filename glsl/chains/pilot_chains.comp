@@ -13,6 +13,8 @@ LIGHTS(4)
 PLANAR_RECEIVERS(5)
 layout(std430, binding = 6) readonly buffer Lattices { ChainLattice lattices[]; };
 layout(std430, binding = 7) writeonly buffer PilotRays { PilotRay pilot_rays[]; };
+layout(std430, binding = 8) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
+layout(std430, binding = 9) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -27,6 +29,8 @@ layout(std430, binding = 7) writeonly buffer PilotRays { PilotRay pilot_rays[]; 
 #include "chain.glsl"
 #include "lattice_ray.glsl"
 #include "chain_changes.glsl"
+#include "light_beam.glsl"
+#include "chain_landing.glsl"
 
 // The first receiver that the path's light lands on. Returns false where it lands on none. `finest`: spacing of the lattice after all
 // refinements over that before.
@@ -43,6 +47,13 @@ bool land_on(ChainPath path, ChainHit hit, float finest, inout PilotRay ray) {
             landing.of_cell *= finest;
             ray.dispersed = dispersion_of(landing);
         }
+        return true;
+    }
+    if (HAS_ATLAS && ends_on_mesh(path, hit)) {
+        uint mesh = uint(object_at(triangle_at(hit.triangle).object).receiver);
+        ray.flux = dot(flux_after(path, hit.distance), vec3(1.0 / 3.0));
+        ray.receiver = push.receiver_count + mesh;
+        if (DISPERSES) ray.dispersed = dispersion_on(mesh_receivers[mesh], path, hit, finest);
         return true;
     }
     return false;

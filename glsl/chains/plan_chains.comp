@@ -79,7 +79,7 @@ void main() {
     uint own = gl_LocalInvocationIndex;
     landed[own] = landings_on[own] = 0.0;
     // All threads share the rays: lavapipe ends a shader's loops after 65535 iterations in all, without a message.
-    for (uint receiver = 0; receiver < min(push.receiver_count, SPLAT_GROUP); receiver++) {
+    for (uint receiver = 0; receiver < min(push.receiver_count + push.mesh_count, SPLAT_GROUP); receiver++) {
         vec2 sum = vec2(0.0);
         for (uint i = own; i < push.pilot_count; i += SPLAT_GROUP) {
             PilotRay ray = pilot_ray_at(i);
@@ -137,6 +137,7 @@ void main() {
     }
     WRITE_DISPATCH_OF(waves, 0, first)
     waves[UNITS_WORD] = first;
+    waves[LANDINGS_WORD] = 0;
     waves[FOOTPRINTS_WORD] = 0;
     waves[LOST_PATHS_WORD] = 0;
 }

@@ -1,5 +1,5 @@
 // trace chains: follows the rays of a wave of chains to where they land or meet an interface, and counts the lobes to follow and the
-// footprints of each.
+// footprints of each on planar receivers, and whether it reaches a mesh receiver.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -19,6 +19,9 @@ layout(std430, binding = 10) readonly buffer Waves { uint waves[]; };
 layout(std430, binding = 11) writeonly buffer Traced { ChainPath traced[]; };  // the same paths, where they are at their ends
 layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
 layout(std430, binding = 13) buffer FluxSums { uint flux_sums[]; };
+layout(std430, binding = 14) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
+layout(std430, binding = 15) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
+layout(std430, binding = 16) writeonly buffer LandingNumbers { uvec2 landing_numbers[]; }; // 1: reaches a mesh receiver; 0
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -35,6 +38,8 @@ layout(std430, binding = 13) buffer FluxSums { uint flux_sums[]; };
 #include "chain_changes.glsl"
 #include "spectrum.glsl"
 #include "chain_flux.glsl"
+#include "light_beam.glsl"
+#include "chain_landing.glsl"
 
 void main() {
     uint index = thread_index();
@@ -63,11 +68,13 @@ void main() {
                 Landing landing;
                 if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) hit.footprints += parts_of(landing);
             }
+            if (HAS_ATLAS && reaches_mesh(path, hit)) hit.footprints |= ON_MESHES;
         }
         if (hit.footprints > 0 || hit.lobes != 1 || at.eta > 0.0) break;
         path = next_path(path, hit, at, transfer_to(path, hit, at), lobes[0], false);
     }
-    numbers[index] = uvec2(hit.lobes, hit.footprints);
+    numbers[index] = uvec2(hit.lobes, hit.footprints & ~ON_MESHES);
+    if (HAS_ATLAS) landing_numbers[index] = uvec2(hit.footprints / ON_MESHES, 0);
     hits[index] = hit;
     if (hit.lobes + hit.footprints > 0) traced[index] = path;
 }

@@ -46,7 +46,7 @@ uint entry_at(ChainPath path, ChainHit hit) {
     bool front = dot(cross(triangle.edge1, triangle.edge2), path.direction) < 0.0;
     if (object.kind == DIELECTRIC || object.kind != DIFFUSE && front) return FLUX_CUT_INTERFACES;
     if (object.kind != DIFFUSE || object.receiver == NO_RECEIVER || !front) return FLUX_ON_OTHER_SURFACES;
-    return object.is_mesh != 0 && interfaces_of(path) > 1 ? FLUX_CUT_MESHES : landed_entry(path);
+    return landed_entry(path);
 }
 
 // Counts the light of a path that ends with its hit. A ray of a lattice that is not for the caster that it meets counts nothing.
@@ -94,6 +94,15 @@ void count_no_room(ChainPath path, ChainHit hit, uint receiver, uint part, uint 
     if (object.is_mesh != 0 || object.receiver != int(receiver)) return;
     vec3 colour = parts == 1 ? colour_of(path) : colour_between(path, float(part) / float(parts), 1.0);
     vec3 flux = colour * flux_after(path, hit.distance);
+    count_flux(FLUX_CUT_ROOM, flux);
+    count_flux(landed_entry(path), -flux);
+}
+
+// Counts light that landed on a mesh receiver with the path's hit, where there is no room for its footprints.
+void count_no_room_on_meshes(ChainPath path, ChainHit hit) {
+    if (hit.triangle == NO_TRIANGLE || entry_at(path, hit) != landed_entry(path)) return;
+    if (object_at(triangle_at(hit.triangle).object).is_mesh == 0) return;
+    vec3 flux = colour_of(path) * flux_after(path, hit.distance);
     count_flux(FLUX_CUT_ROOM, flux);
     count_flux(landed_entry(path), -flux);
 }

@@ -80,6 +80,10 @@ const int SECOND_UNITS_WORD = 7;
 const uint BATCH_DRAW_WORD = 3;
 // Words of the sizes of a wave that scan_chains.comp writes.
 const uint WAVE_WORDS = 14;
+// The word of the number of landings on mesh receivers in earlier waves.
+const int LANDINGS_WORD = 3;
+// `ChainHit.footprints`: light reaches a mesh receiver before the hit. The other bits are the number of footprints on planar receivers.
+const uint ON_MESHES = 0x80000000u;
 // The words of the number of footprints of earlier waves, and of the number of paths for which there was no room.
 const int FOOTPRINTS_WORD = 7;
 const int LOST_PATHS_WORD = 8;
@@ -97,14 +101,13 @@ const uint FLUX_CUT_WEAK = 6;
 const uint FLUX_CUT_INTERFACES = 7;
 const uint FLUX_CUT_ROOM = 8;
 const uint FLUX_CUT_NORMALS = 9;
-const uint FLUX_CUT_MESHES = 10;
-const uint FLUX_SAMPLING = 11;
+const uint FLUX_SAMPLING = 10;
 // The first of the entries of light that landed on receivers, by number of surfaces from 1 on, and their number. The last one has
 // light of more surfaces, too.
-const uint FLUX_LANDED = 12;
+const uint FLUX_LANDED = 11;
 const uint LANDED_ENTRIES = 64;
 // Number of entries: FLUX_LANDED + LANDED_ENTRIES.
-const uint FLUX_ENTRIES = 76;
+const uint FLUX_ENTRIES = 75;
 
 // Footprints of a patch on a planar receiver for one lobe: the footprint and its fold.
 const uint FOOTPRINT_SLOTS = 2;

@@ -382,7 +382,8 @@ struct ChainHit {
     uint triangle;
     vec2 barycentric;
     uvec2 media;
-    uint footprints; // number of footprints of the light that lands on the way
+    uint footprints; // number of footprints of the light that lands on planar receivers on the way; ON_MESHES: on mesh receivers, too.
+                     // Of a landing on mesh receivers: number of its mesh footprints
     uint lobes;      // number of lobes that are followed
 };
 

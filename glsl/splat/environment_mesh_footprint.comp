@@ -44,6 +44,8 @@ LightBeam cluster_beam(Patch patch_, Light light, LightDisc disc, float eta) {
         beam.of_patch[i] = (st.x * patch_.edge1 + st.y * patch_.edge2) * across;
         beam.patch_growth[i] = outgoing_change(disc.direction, n, vec3(0.0), normal_change, eta) * across;
     }
+    beam.of_light = mat2(0.0);
+    beam.end = FAR;
     beam.light_growth = light_growth(light, disc, n, eta, across);
     return beam;
 }

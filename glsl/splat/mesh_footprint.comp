@@ -58,6 +58,8 @@ bool beam_of(Patch patch_, Light light, LightDisc disc, float eta, out LightBeam
     beam.sharpest = is_flat ? SHARPEST : SHARPEST_CURVED;
     beam.of_patch = deviation * mat2((at[0] - at[1]) * sqrt(1.0 / 6.0), (at[2] - beam.middle) * sqrt(0.5));
     beam.patch_growth = deviation * mat2((slope[0] - slope[1]) * sqrt(1.0 / 6.0), (slope[2] - beam.drift) * sqrt(0.5));
+    beam.of_light = mat2(0.0);
+    beam.end = FAR;
     beam.light_growth = light_growth(light, disc, normalize(patch_.normal), eta, across);
     return true;
 }

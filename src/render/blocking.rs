@@ -5,6 +5,7 @@ use crate::flux_balance::FluxBalance;
 use crate::gpu::Image;
 use crate::image_file::RgbImage;
 use crate::render::chains::Chains;
+use crate::render::chains::frame::count_flux;
 use crate::render::left_out::{LeftOut, left_out};
 use crate::render::splat::resolve::Levels;
 use crate::render::{FrameBudget, MAX_PATCHES, ReceiverTile, Renderer, frame};
@@ -104,8 +105,7 @@ impl Renderer {
     }
 
     /// Computes where the light of the scene's suns, lamps and environment cells ends that meets mirrors and interfaces. `None`
-    /// where the frame follows no chains: with methods other than `footprint`, without planar receivers, or if no light can meet
-    /// several surfaces.
+    /// where the frame follows no chains: with methods other than `footprint`, or if no light can meet several surfaces.
     ///
     /// It follows the rays of a frame once more, in passes of its own that count the light, with the memory of their own that they
     /// need; light maps and later frames stay as they are. The light of a single surface is counted by the same rays, although
@@ -121,7 +121,7 @@ impl Renderer {
         let levels = Levels::new(&self.context, &self.scene)?;
         let chains = Chains::new(&self.context, &mut self.scene, &levels, true)?;
         frame::upload(&mut self.recorder, &mut self.scene)?;
-        frame::count_flux(&mut self.recorder, &self.scene, &chains)?;
+        count_flux(&mut self.recorder, &self.scene, &chains)?;
         self.recorder.submit()?;
         chains.read_flux_balance(&self.scene).map(Some)
     }

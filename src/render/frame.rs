@@ -10,15 +10,16 @@
 //! pinhole camera: project computes the image of a light on a receiver, in as many splats as it needs. splat adds the splats
 //! to the light maps, wide ones to coarser levels, which resolve adds to the finer ones. Chains are light that meets several specular surfaces: pilot finds how many rays
 //! they need, trace follows a wave of rays to the next surface, emit writes the next wave and the splats, and finish follows
-//! the remaining rays to their end. For suns and lamps on mesh receivers, sample makes patches of even size; environment cells
+//! the remaining rays to their end; chains/frame.rs lists their passes. For suns and lamps on mesh receivers, sample makes patches of even size; environment cells
 //! are projected by patch clusters. compact lists the splats of both. The method `pinhole` gathers over the patches of sample
 //! at every texel instead, as the paper does, and `points` splats single texels. view/frame.rs continues with direct light and
 //! the camera's picture.
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
+use crate::render::barriers::{LIST_READ, after_draw, next};
 use crate::render::caustic::Caustic;
-use crate::render::chains::Chains;
+use crate::render::chains::frame::splat_chains;
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{bands, first_groups};
 use crate::render::lights::Source;
@@ -43,10 +44,6 @@ const DILATE_BAND: u32 = 1 << 21;
 
 /// All accesses to device memory, on either side of a barrier.
 const ANY: Access = Access::ANY_READ.and(Access::ANY_WRITE);
-/// Accesses of a draw to a splat list.
-const LIST_READ: Access = Access::VERTEX_READ
-    .and(Access::INDEX_READ)
-    .and(Access::INDIRECT_READ);
 /// Accesses that write the light maps.
 pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
 
@@ -229,24 +226,6 @@ fn splat(
     Ok(())
 }
 
-/// The barrier between two compute passes, of which the first may write the size of the second.
-fn next(recorder: &mut Recorder) {
-    recorder.barrier(
-        Access::COMPUTE_WRITE,
-        Access::COMPUTE.and(Access::INDIRECT_READ),
-    );
-}
-
-/// The barrier after a draw of a splat list that compute passes write.
-fn after_draw(recorder: &mut Recorder) {
-    recorder.barrier(
-        Access::BLEND.and(LIST_READ),
-        Access::BLEND
-            .and(Access::COMPUTE)
-            .and(Access::TRANSFER_WRITE),
-    );
-}
-
 /// Chooses the patches of suns and lamps and the triangles of their images, and adds the triangles to the light maps.
 fn splat_triangles(
     recorder: &mut Recorder,
@@ -343,63 +322,6 @@ fn splat_triangles(
         },
     )?;
     Ok(())
-}
-
-/// Follows light from surface to surface, a wave of rays at a time, and adds where it lands to the light maps.
-fn splat_chains(
-    recorder: &mut Recorder,
-    scene: &DeviceScene,
-    chains: &Chains,
-    light_map: &Image,
-    clear: &mut bool,
-) -> Result<()> {
-    follow_chains(recorder, scene, chains)?;
-    recorder.pass("splat chains", |r| {
-        r.barrier(Access::COMPUTE_WRITE, LIST_READ);
-        chains.record_splat(r, light_map, *clear);
-        after_draw(r);
-    })?;
-    *clear = false;
-    Ok(())
-}
-
-/// Counts the light of chains by where it ends, and lights nothing.
-pub fn count_flux(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains) -> Result<()> {
-    recorder.pass("clear sums of flux", |r| {
-        chains.record_clear(r);
-        r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
-    })?;
-    follow_chains(recorder, scene, chains)
-}
-
-/// Follows the rays of the lattices to their ends, and lists the footprints of what lands.
-fn follow_chains(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains) -> Result<()> {
-    recorder.pass("pilot chains", |r| {
-        chains.record_pilot(r, scene);
-        next(r);
-        chains.record_plan(r, scene);
-        next(r);
-    })?;
-    for wave in 0..chains.wave_count {
-        recorder.pass("trace chains", |r| {
-            chains.record_trace(r, scene, wave);
-            next(r);
-        })?;
-        recorder.pass("number chains", |r| {
-            chains.record_number(r, wave);
-            next(r);
-            chains.record_scan(r, scene, wave);
-            next(r);
-        })?;
-        recorder.pass("emit chains", |r| {
-            chains.record_emit(r, scene, wave);
-            next(r);
-        })?;
-    }
-    recorder.pass("finish chains", |r| {
-        chains.record_finish(r, scene);
-        next(r);
-    })
 }
 
 /// Adds the coarser levels to the finer ones, in steps of rows, each of which may be a submission of its own.

@@ -122,9 +122,10 @@ mirrors! {
         error: f32, patch_share: f32, patch_budget: u32, is_lattice: u32, first_splat: u32,
     }
     ChainPush {
-        is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32,
-        max_interfaces: u32, ray_capacity: u32, path_capacity: u32, splat_capacity: u32, spread: f32,
-        spectral_middle: f32, flux_scale: f32,
+        is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32, mesh_count: u32,
+        max_interfaces: u32, ray_capacity: u32, path_capacity: u32, splat_capacity: u32,
+        landing_capacity: u32, mesh_splat_capacity: u32, first_mesh_splat: u32, mesh_splat_batch: u32,
+        spread: f32, spectral_middle: f32, flux_scale: f32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
     NumberPush { count: u32, is_limited: u32, }

@@ -7,6 +7,7 @@
 //! buffer of a host. The blocking calls, for programs without Vulkan of their own, record the same passes and submit
 //! them.
 
+mod barriers;
 mod blocking;
 mod bodies;
 mod budget;
@@ -282,11 +283,6 @@ impl Renderer {
                 Method::Pinhole | Method::Beams => notes.push(
                     "light that meets several mirrors or interfaces is left out: the methods footprint and points \
                      follow it"
-                        .into(),
-                ),
-                Method::Footprint if self.scene.receivers.mesh_count() > 0 => notes.push(
-                    "light that meets several mirrors or interfaces is left out on meshes: the method points has it \
-                     there"
                         .into(),
                 ),
                 _ => {}

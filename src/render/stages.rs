@@ -77,13 +77,13 @@ fn by_footprints(
         false => None,
     };
     let (mut triangles, mut chains, mut projectors, mut resolve) = (None, None, Vec::new(), None);
+    let levels = Levels::new(context, scene)?;
+    if scene.lattices.is_needed {
+        chains = Some(Box::new(Chains::new(context, scene, &levels, false)?));
+    }
     if planar > 0 {
-        let levels = Levels::new(context, scene)?;
         if has_suns {
             triangles = Some(Box::new(Triangles::new(context, scene, &levels, settings)?));
-        }
-        if scene.lattices.is_needed {
-            chains = Some(Box::new(Chains::new(context, scene, &levels, false)?));
         }
         if let Some(pairs) = &scene.environment.pairs {
             projectors.push(pinhole_images(context, scene, &pairs.patches, &levels)?);

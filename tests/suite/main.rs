@@ -11,6 +11,7 @@ mod assets;
 mod beams;
 mod build_script;
 mod chains;
+mod chains_on_meshes;
 mod chart;
 mod chart_report;
 mod closed_forms;

@@ -54,7 +54,6 @@ pub fn read(sums: &Buffer, scale: f32, max_interfaces: u32) -> Result<FluxBalanc
             interfaces: entry(FLUX_CUT_INTERFACES),
             room: entry(FLUX_CUT_ROOM),
             normals: entry(FLUX_CUT_NORMALS),
-            meshes: entry(FLUX_CUT_MESHES),
         },
         sampling: entry(FLUX_SAMPLING),
     })

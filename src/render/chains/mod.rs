@@ -1,7 +1,10 @@
-//! Chains: light of suns, lamps and environment cells that meets two or more specular surfaces on its way to the planar receivers. Rays of a
-//! lattice are followed from surface to surface, a wave of them at a time, and each lands as a footprint.
+//! Chains: light of suns, lamps and environment cells that meets two or more specular surfaces on its way to the receivers. Rays of a
+//! lattice are followed from surface to surface, a wave of them at a time. Each lands as a footprint on a planar receiver, or as mesh
+//! footprints.
 
 mod flux;
+pub mod frame;
+pub mod landings;
 pub mod lattice;
 
 use crate::error::Result;
@@ -9,6 +12,7 @@ use crate::flux_balance::FluxBalance;
 use crate::gpu::{
     BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
 };
+use crate::render::chains::landings::{LandingBuffers, Landings, Waves};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::{
@@ -50,6 +54,8 @@ pub struct Chains {
     splat_capacity: u32,
     /// Number of waves.
     pub wave_count: u32,
+    /// On mesh receivers, if there are any.
+    pub landings: Option<Landings>,
     /// Lattices after refinement over those before, at most.
     bands: u32,
 }
@@ -98,6 +104,10 @@ impl Chains {
         )?;
         let quads = quads::indices(context, &mut scene.staging, "chain quads", splat_capacity)?;
 
+        let landing = match scene.receivers.mesh_count() {
+            0 => None,
+            _ => Some(LandingBuffers::new(context, scene, path_capacity, rays)?),
+        };
         let flux_sums = flux::sums(context)?;
         let mut constants = scene.constants();
         constants[ID_COUNTS_FLUX as usize] = counts_flux;
@@ -117,6 +127,12 @@ impl Chains {
         ];
         let plan = compute(&shaders::PLAN_CHAINS_COMP, &own)?;
         let sums_of_flux = ("flux_sums", buffer(&flux_sums));
+        // Without mesh receivers, shaders name the landings' buffers but do not access them.
+        let of_landings = |name, pick: fn(&LandingBuffers) -> &Buffer| {
+            (name, buffer(landing.as_ref().map_or(&flux_sums, pick)))
+        };
+        let landing_sums = of_landings("landing_sums", |of| &of.sums);
+        let landing_sizes = of_landings("landing_sizes", |of| &of.sizes);
         let lattices = ("lattices", buffer(&refined));
         let trace = |from: usize| {
             let own = [
@@ -128,6 +144,7 @@ impl Chains {
                 ("waves", buffer(&waves[from])),
                 ("traced", buffer(&paths[from])),
                 sums_of_flux,
+                of_landings("landing_numbers", |of| &of.numbers),
             ];
             compute(&shaders::TRACE_CHAINS_COMP, &own)
         };
@@ -155,6 +172,8 @@ impl Chains {
                 ("block_sums", buffer(&block_sums)),
                 ("waves", buffer(&waves[from])),
                 ("next_waves", buffer(&waves[1 - from])),
+                landing_sums,
+                landing_sizes,
             ];
             scene.compute(context, &shaders::SCAN_CHAINS_COMP, &own)
         };
@@ -166,32 +185,44 @@ impl Chains {
             ("footprints", buffer(&footprints)),
             ("coarse", buffer(&levels.coarse)),
             sums_of_flux,
+            of_landings("landing_paths", |of| &of.paths),
+            of_landings("landing_hits", |of| &of.hits),
         ];
         let finish = compute(&shaders::FINISH_CHAINS_COMP, &own)?;
         let drawn = [("footprints", buffer(&footprints))];
         let footprint = [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG];
         let topology = Topology::Triangles;
+        let trace = [trace(0)?, trace(1)?];
+        let sums = [sums(0)?, sums(1)?];
+        let scan = [scan(0)?, scan(1)?];
+        let emit = [emit(0)?, emit(1)?];
+        let of_waves = Waves {
+            paths: &paths,
+            hits: &hits,
+            sizes: &waves,
+            flux_sums: &flux_sums,
+        };
+        let draw =
+            BoundPipeline::graphics(context, footprint, topology, Constants::default(), &drawn)?;
+        let landings = (landing)
+            .map(|buffers| Landings::new(context, scene, constants, &of_waves, buffers))
+            .transpose()?;
         Ok(Self {
             pilot,
             plan,
-            trace: [trace(0)?, trace(1)?],
-            sums: [sums(0)?, sums(1)?],
-            scan: [scan(0)?, scan(1)?],
-            emit: [emit(0)?, emit(1)?],
+            trace,
+            sums,
+            scan,
+            emit,
             finish,
-            draw: BoundPipeline::graphics(
-                context,
-                footprint,
-                topology,
-                Constants::default(),
-                &drawn,
-            )?,
+            draw,
             waves,
             flux_sums,
             quads,
             path_capacity,
             splat_capacity,
             wave_count,
+            landings,
             bands,
         })
     }
@@ -201,16 +232,22 @@ impl Chains {
         &self.waves[self.wave_count as usize % 2]
     }
 
+    /// Push constants of a wave.
     fn push(&self, scene: &DeviceScene, wave: u32) -> ChainPush {
         ChainPush {
             is_first: u32::from(wave == 0),
             lattice_count: scene.lattices.count,
             pilot_count: scene.lattices.pilot_count,
             receiver_count: scene.receivers.planar_count,
+            mesh_count: scene.receivers.mesh_count(),
             max_interfaces: scene.scene.max_interfaces,
             ray_capacity: scene.lattices.ray_capacity,
             path_capacity: self.path_capacity,
             splat_capacity: self.splat_capacity,
+            landing_capacity: self.path_capacity,
+            mesh_splat_capacity: self.landings.as_ref().map_or(0, |of| of.splat_capacity),
+            first_mesh_splat: 0,
+            mesh_splat_batch: 0,
             spread: SPREAD,
             spectral_middle: scene.spectrum.middle(),
             flux_scale: flux::scale(scene.lattices.flux),
@@ -248,9 +285,13 @@ impl Chains {
         self.record(recorder, scene, wave, &self.trace);
     }
 
-    /// Writes the next wave, and the footprints of this one.
+    /// Writes the next wave, and the footprints and landings of this one.
     pub fn record_emit(&self, recorder: &mut Recorder, scene: &DeviceScene, wave: u32) {
         self.record(recorder, scene, wave, &self.emit);
+        if let Some(landings) = &self.landings {
+            let (push, waves) = (self.push(scene, wave), &self.waves[wave as usize % 2]);
+            landings.record_list(recorder, &push, wave, waves);
+        }
     }
 
     fn record(
@@ -269,9 +310,12 @@ impl Chains {
         recorder.dispatch_indirect(pipeline, &push, &self.waves[wave as usize % 2], 0);
     }
 
-    /// Numbers the lobes and footprints of a wave within blocks.
+    /// Numbers the lobes, footprints and landings of a wave within blocks.
     pub fn record_number(&self, recorder: &mut Recorder, wave: u32) {
         self.sums[wave as usize % 2].record(recorder, self.path_capacity);
+        if let Some(landings) = &self.landings {
+            landings.record_number_in_wave(recorder, wave);
+        }
     }
 
     /// Numbers the blocks, which gives the size of the next wave.
