@@ -76,7 +76,7 @@ uint touched[MESH_FOOTPRINT_SLOTS];
 
 // Finds the nodes that a beam touches out to the `support` of its kernel, as fine as there are slots, and returns their number.
 uint touch_nodes(MeshReceiver receiver, LightBeam beam, float support) {
-    uint next[MESH_FOOTPRINT_SLOTS];
+    uint next[MESH_FOOTPRINT_SLOTS + 1];
     uint count = 1;
     touched[0] = packed(uvec3(receiver.levels, 0, 0));
     for (uint level = receiver.levels; level > 0; level--) {
@@ -88,9 +88,11 @@ uint touch_nodes(MeshReceiver receiver, LightBeam beam, float support) {
             bool fits = node.x == level;
             for (uint child = 0; fits && child < 4; child++) {
                 uvec3 place = uvec3(level - 1, 2 * node.yz + uvec2(child & 1, child >> 1));
-                if (!may_light(beam, node_at(receiver, place), support)) continue;
-                fits = found + others < MESH_FOOTPRINT_SLOTS;
-                if (fits) next[found++] = packed(place);
+                bool is_touched = may_light(beam, node_at(receiver, place), support);
+                fits = !is_touched || found + others < MESH_FOOTPRINT_SLOTS;
+                // Written whether it counts or not, as the stack in trace.glsl.
+                next[found] = packed(place);
+                found += uint(is_touched && fits);
             }
             if (!fits) {
                 found = first;
