@@ -29,6 +29,7 @@ mod transfer;
 mod validation;
 
 pub use access::Access;
+pub use commands::Vertices;
 pub use context::Context;
 pub use device::{ContextOptions, DeviceInfo, SuitableDevice, list_devices};
 pub use host::{External, suitable_devices};

@@ -98,6 +98,7 @@ impl Renderer {
 
     /// Binds the stages to buffers for four times as many patches.
     fn grow(&mut self) -> Result<()> {
+        self.overlays = None;
         self.scene.patch_budget *= 4;
         self.caustic = self.bind_stages()?;
         Ok(())
@@ -169,7 +170,7 @@ impl Renderer {
         self.prepare_view(size, side)?;
         let was_current = self.is_current;
         self.caustic()?;
-        if was_current {
+        if self.prepare_overlays()? || was_current {
             frame::upload(&mut self.recorder, &mut self.scene)?;
         }
         let recorded = self.record_direct().and_then(|()| self.record_view(camera));

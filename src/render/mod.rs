@@ -24,6 +24,7 @@ pub mod gpu_types;
 mod host;
 mod left_out;
 mod lights;
+mod looking_inside;
 mod materials;
 mod methods;
 mod patches;
@@ -39,6 +40,7 @@ pub use budget::FrameBudget;
 pub use host::{Frame, MapImage, MapTile, Output, ReceiverTile, ViewFrame};
 pub use left_out::LeftOut;
 pub use settings::{Area, DEFAULT_ERROR, Method, Settings};
+pub use view::overlay::Overlay;
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
@@ -48,6 +50,7 @@ pub use crate::render::patches::facets::MAX_BUDGET as MAX_PATCHES;
 use crate::render::receivers::dilate::Dilate;
 use crate::render::view::camera::View;
 use crate::render::view::direct::Direct;
+use crate::render::view::overlay::Overlays;
 use crate::scene::{Camera, Scene};
 use ash::vk;
 use std::collections::VecDeque;
@@ -66,7 +69,7 @@ pub struct ViewMemory {
 }
 
 /// Stages that frames in flight may still use, with the number of frames for which they must be kept.
-type Retired = (u32, Option<Caustic>, Option<View>);
+type Retired = (u32, Option<Caustic>, Option<View>, Option<Overlays>);
 
 /// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
@@ -80,6 +83,9 @@ pub struct Renderer {
     /// For the light map and the direct map, if there are mesh receivers.
     dilate: Option<[Dilate; 2]>,
     view: Option<View>,
+    /// The overlays to show, and their stages.
+    shown: Vec<Overlay>,
+    overlays: Option<Overlays>,
     recorder: Recorder,
     retired: VecDeque<Retired>,
     /// Whether a caustic was recorded, so that its counts are defined.
@@ -139,6 +145,8 @@ impl Renderer {
             direct,
             dilate,
             view: None,
+            shown: Vec::new(),
+            overlays: None,
             recorder,
             retired: VecDeque::new(),
             has_caustic: false,
@@ -179,6 +187,7 @@ impl Renderer {
         self.update(frame.scene)?;
         if let Some(view) = frame.view {
             self.prepare_view(view.size, view.antialias)?;
+            self.prepare_overlays()?;
         }
         self.recorder.read_host_times()?;
         // SAFETY: the caller's promise.
@@ -251,9 +260,10 @@ impl Renderer {
                 self.scene.casters.patch_capacity = capacity;
                 self.scene.casters.clear();
             })?;
+            self.drop_overlays();
             let replaced = std::mem::replace(&mut self.caustic, stages);
             let frames = self.settings.frames_in_flight.max(1);
-            self.retired.push_back((frames, Some(replaced), None));
+            self.retired.push_back((frames, Some(replaced), None, None));
         }
         self.update_time = start.elapsed();
         Ok(())
@@ -431,7 +441,7 @@ impl Renderer {
             let frames = self.settings.frames_in_flight.max(1);
             let replaced = self.view.replace(view);
             if replaced.is_some() {
-                self.retired.push_back((frames, None, replaced));
+                self.retired.push_back((frames, None, replaced, None));
             }
         }
         Ok(())
@@ -439,7 +449,8 @@ impl Renderer {
 
     fn record_view(&mut self, camera: &Camera) -> Result<()> {
         let view = self.view.as_ref().expect("prepared");
-        view::frame::view(&mut self.recorder, &self.scene, view, camera)
+        view::frame::view(&mut self.recorder, &self.scene, view, camera)?;
+        self.record_overlays(camera)
     }
 
     /// Device memory of the direct maps, the textures and the last view.

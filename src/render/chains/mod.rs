@@ -7,7 +7,8 @@ pub mod lattice;
 use crate::error::Result;
 use crate::flux_balance::FluxBalance;
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
+    shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
@@ -45,6 +46,8 @@ pub struct Chains {
     draw: BoundPipeline,
     waves: [Buffer; 2],
     flux_sums: Buffer,
+    /// Of all waves.
+    pub footprints: Buffer,
     quads: Buffer,
     path_capacity: u32,
     splat_capacity: u32,
@@ -188,6 +191,7 @@ impl Chains {
             )?,
             waves,
             flux_sums,
+            footprints,
             quads,
             path_capacity,
             splat_capacity,
@@ -197,7 +201,7 @@ impl Chains {
     }
 
     /// The sizes after all waves.
-    fn last(&self) -> &Buffer {
+    pub fn last(&self) -> &Buffer {
         &self.waves[self.wave_count as usize % 2]
     }
 
@@ -289,8 +293,15 @@ impl Chains {
     /// Draws the footprints of all waves into the light maps; `clear` clears the maps first.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         let push = draw_push(light_map);
-        let (draw, quads, waves) = (&self.draw, &self.quads, self.last());
-        let offset = 4 * WAVE_DRAW_WORD as u64;
-        recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, waves, offset);
+        recorder.draw_vertices(&self.draw, light_map, clear, &push, self.vertices());
+    }
+
+    /// The quads of the footprints of all waves.
+    pub fn vertices(&self) -> Vertices<'_> {
+        Vertices::Indexed {
+            indices: &self.quads,
+            arguments: self.last(),
+            offset: 4 * WAVE_DRAW_WORD as u64,
+        }
     }
 }
