@@ -1,7 +1,8 @@
-//! Overlays of the renderer's pictures.
+//! What a renderer shows of its work: overlays of pictures, and counts of frames.
 
 use crate::error::Result;
 use crate::render::Renderer;
+use crate::render::frame_counts::{Counter, FrameCounts};
 use crate::render::view::overlay::{Overlay, Overlays};
 use crate::render::view::overlay_frame;
 use crate::scene::Camera;
@@ -36,6 +37,42 @@ impl Renderer {
         if let Some(replaced) = self.overlays.take() {
             let frames = self.settings.frames_in_flight.max(1);
             (self.retired).push_back((frames, None, None, Some(replaced)));
+        }
+    }
+
+    /// Starts or stops counting what a host's frames consist of, at the end of each frame.
+    pub fn count_frames(&mut self, on: bool) {
+        let frames = self.settings.frames_in_flight.max(1) as usize;
+        match (&mut self.counter, on) {
+            (Some(counter), _) => counter.is_on = on,
+            (none, true) => *none = Some(Counter::new(frames)),
+            (None, false) => {}
+        }
+    }
+
+    /// The counts of the latest frame that is no longer in flight, if it was counted and not taken yet.
+    pub fn take_counts(&mut self) -> Option<FrameCounts> {
+        self.counts.take()
+    }
+
+    /// Reads the counts of the host's frame before those in flight, which has ended.
+    pub(super) fn read_counts(&mut self) {
+        let Some(counter) = &mut self.counter else {
+            return;
+        };
+        self.counts = counter.begin();
+        if !counter.is_on && counter.is_idle() {
+            self.counter = None;
+        }
+    }
+
+    pub(super) fn record_counts(&mut self) -> Result<()> {
+        let (scene, caustic) = (&self.scene, &self.caustic);
+        match &mut self.counter {
+            Some(counter) if counter.is_on => {
+                counter.record(&self.context, &mut self.recorder, scene, caustic)
+            }
+            _ => Ok(()),
         }
     }
 

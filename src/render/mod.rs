@@ -17,6 +17,7 @@ mod diagnostics;
 mod dispatch;
 mod environment;
 mod frame;
+mod frame_counts;
 mod geometry;
 /// For tests of single passes.
 #[doc(hidden)]
@@ -37,6 +38,7 @@ mod textures;
 mod view;
 
 pub use budget::FrameBudget;
+pub use frame_counts::FrameCounts;
 pub use host::{Frame, MapImage, MapTile, Output, ReceiverTile, ViewFrame};
 pub use left_out::LeftOut;
 pub use settings::{Area, DEFAULT_ERROR, Method, Settings};
@@ -46,6 +48,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
 use crate::render::caustic::Caustic;
 use crate::render::device_scene::{Change, DeviceScene};
+use crate::render::frame_counts::Counter;
 pub use crate::render::patches::facets::MAX_BUDGET as MAX_PATCHES;
 use crate::render::receivers::dilate::Dilate;
 use crate::render::view::camera::View;
@@ -87,6 +90,9 @@ pub struct Renderer {
     shown: Vec<Overlay>,
     overlays: Option<Overlays>,
     recorder: Recorder,
+    /// While frames are counted, with the counts of the last one that has ended.
+    counter: Option<Counter>,
+    counts: Option<FrameCounts>,
     retired: VecDeque<Retired>,
     /// Whether a caustic was recorded, so that its counts are defined.
     has_caustic: bool,
@@ -148,6 +154,8 @@ impl Renderer {
             shown: Vec::new(),
             overlays: None,
             recorder,
+            counter: None,
+            counts: None,
             retired: VecDeque::new(),
             has_caustic: false,
             is_current: false,
@@ -190,20 +198,22 @@ impl Renderer {
             self.prepare_overlays()?;
         }
         self.recorder.read_host_times()?;
+        self.read_counts();
         // SAFETY: the caller's promise.
         unsafe { self.recorder.begin_host(commands) };
         let recorded = self.record_caustic().and_then(|()| {
             if frame.direct || frame.view.is_some() {
                 self.record_direct()?;
             }
-            match frame.view {
-                Some(_) => self.record_view(&frame.scene.camera),
-                None => Ok(()),
+            if frame.view.is_some() {
+                self.record_view(&frame.scene.camera)?;
             }
+            self.record_counts()
         });
         // What the host must not submit leaves the light maps as they were.
         (self.recorder.end_host().and(recorded)).inspect_err(|_| {
             self.recorder.forget_last();
+            self.counter.iter_mut().for_each(Counter::forget_last);
             self.invalidate();
         })?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
