@@ -21,6 +21,7 @@ mod edits;
 mod handles;
 mod host;
 mod orbit;
+mod overlay_panel;
 mod panels;
 mod pick;
 mod playback;
