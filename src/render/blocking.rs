@@ -200,6 +200,21 @@ impl Renderer {
         Ok(self.without_borders(image, object))
     }
 
+    /// Number of splats that each texel of the light map of `object` got, in all channels, without those of coarser levels, after
+    /// a [`Renderer::view`] with [`super::Overlay::Density`].
+    ///
+    /// # Errors
+    /// As [`Renderer::read_caustic`].
+    ///
+    /// # Panics
+    /// If the last view was without the overlay.
+    pub fn read_density(&self, object: usize) -> Result<RgbImage> {
+        let tile = self.tile(object)?.light;
+        let overlays = self.overlays.as_ref();
+        let counts = overlays.and_then(|overlays| overlays.counts.as_ref());
+        read(counts.expect("a view with density"), tile.origin, tile.size)
+    }
+
     /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`]: means over the texels of the light map.
     ///
     /// # Errors

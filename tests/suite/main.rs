@@ -34,6 +34,7 @@ mod mesh_receivers;
 mod motion;
 mod motion_input;
 mod mutated_input;
+mod overlays;
 mod pinned;
 mod reference;
 mod reference_view;
