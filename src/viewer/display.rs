@@ -4,6 +4,8 @@ use super::capture::{Capture, Captured};
 use super::compare::{Difference, Shown};
 use super::differences::Differences;
 use super::host::{Host, HostOptions, failed};
+#[cfg(feature = "dev")]
+use super::loss::Loss;
 use super::present::{Present, whole};
 use super::side::{MAX_SIDES, Side, record};
 use super::slot::{Slot, slots};
@@ -76,7 +78,7 @@ pub struct Display {
     uploads: Uploads,
     /// What the next frame is to lose, for tests.
     #[cfg(feature = "dev")]
-    pub loses: Option<super::state::Loss>,
+    pub loses: Option<Loss>,
     /// Whether the images no longer fit the window.
     is_stale: bool,
     pub(super) host: Host,
@@ -307,7 +309,7 @@ impl Display {
             let submitted = device.queue_submit2(self.host.queue, &submit, fence);
             #[cfg(feature = "dev")]
             let submitted = match self.loses {
-                Some(super::state::Loss::Device) => Err(vk::Result::ERROR_DEVICE_LOST),
+                Some(Loss::Device) => Err(vk::Result::ERROR_DEVICE_LOST),
                 _ => submitted,
             };
             submitted.map_err(failed("submitting a frame"))?;

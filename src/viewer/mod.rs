@@ -20,6 +20,8 @@ mod document;
 mod edits;
 mod handles;
 mod host;
+#[cfg(feature = "dev")]
+mod loss;
 mod orbit;
 mod overlay_panel;
 mod panels;

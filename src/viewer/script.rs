@@ -1,7 +1,7 @@
 //! Scripts: a list of inputs, one a line, that the window replays (docs/viewer.md).
 
 #[cfg(feature = "dev")]
-use super::state::Loss;
+use super::loss::Loss;
 use egui::{
     Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2, pos2, vec2,
 };

@@ -3,6 +3,8 @@
 use super::compare::Compare;
 use super::document::Document;
 use super::handles::Drag;
+#[cfg(feature = "dev")]
+use super::loss::Loss;
 use super::playback::Playback;
 use super::profiler::Profiler;
 use super::quality::Quality;
@@ -30,14 +32,6 @@ pub enum Severity {
     /// Stays until the shaders are mended, whatever becomes of the scene.
     #[cfg(feature = "dev")]
     ShaderError,
-}
-
-/// What a script takes away from the window, for tests.
-#[cfg(feature = "dev")]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Loss {
-    Surface,
-    Device,
 }
 
 /// Requests of the panels and keys to the program.
