@@ -128,13 +128,39 @@ fn small_scene(irradiance: f64) -> String {
     )
 }
 
-/// Every shipped scene is opened and shown, and every method on one of them.
+/// Every shipped scene is opened and shown, most of them without the layers, under which a first frame takes seconds.
+#[test]
+fn all_scenes_are_shown() {
+    let mut names: Vec<_> = (scene_path("").read_dir().unwrap())
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|end| end == "toml"))
+        .collect();
+    names.sort();
+    assert!(names.len() > 20, "{names:?}");
+    let mut script = String::from(
+        "set light-maps 0.1\nset refine off\nset samples 500\nset images 1\nset cells 64\n",
+    );
+    for path in &names {
+        let path = path.display();
+        writeln!(script, "open {path}\nframes 1\nexpect no error").unwrap();
+    }
+    let folder = folder();
+    let report = Display::new().report(
+        folder.path(),
+        &scene_path("mirror.toml"),
+        &script,
+        &["--size", "64x36"],
+    );
+    let pictures = section(&report, "all")["pictures"].as_u64().unwrap();
+    assert!(pictures as usize >= names.len(), "{report}");
+}
+
+/// One scene of each kind, and every method on one of them, under the layers.
 #[test]
 fn scenes_and_methods_are_shown() {
-    // One of each kind: a first frame of all shipped scenes takes minutes.
     const SCENES: [&str; 6] = ["bumps", "globe", "lamp", "mesh_cage", "pool", "two_mirrors"];
     let mut script = String::from("set light-maps 0.25\nset refine off\n");
-    for method in ["points", "beams", "footprint"] {
+    for method in ["points", "beams", "pinhole", "footprint"] {
         writeln!(script, "set method {method}\nframes 2\nexpect no error").unwrap();
     }
     for scene in SCENES {
@@ -387,12 +413,14 @@ fn long_runs_are_steady() {
     for name in ["first", "second"] {
         writeln!(
             script,
-            "measure {name}\ndrag left 30 30 80 50 75\ndrag left 80 50 30 30 75"
+            "measure {name}\ndrag left 30 30 80 50 500\ndrag left 80 50 30 30 500"
         )
         .unwrap();
     }
     script += "settle\nwait 3\n";
-    let report = Display::new().report(folder.path(), &scene, &script, &["--size", "160x90"]);
+    let report = Display::new().report(folder.path(), &scene, &script, &["--size", "96x64"]);
+    let frames = section(&report, "second")["frames"].as_u64().unwrap();
+    assert!(frames >= 1000, "{report}");
     let memory = |name: &str| section(&report, name)["memory"].as_i64().unwrap();
     let grown = memory("second") - memory("first");
     assert!(grown < 1 << 20, "{grown} bytes more: {report}");
@@ -400,6 +428,112 @@ fn long_runs_are_steady() {
     assert!(idle["cores"].as_f64().unwrap() < 0.02, "{report}");
     // A panel may ask for a last frame.
     assert!(idle["frames"].as_u64().unwrap() <= 2, "{report}");
+}
+
+/// Overlays are switched by script and by key, and nothing of them remains. The export has what frames consist of.
+#[test]
+fn overlays_are_switched() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let mut script = String::from(
+        "set refine off\nset panels off\nset light-maps 0.25\nset profiler on\nframes 4\nscreenshot before.png\n",
+    );
+    const OVERLAYS: [&str; 5] = ["patches", "footprints", "density", "texels", "cells"];
+    for overlay in OVERLAYS {
+        writeln!(
+            script,
+            "set overlay-{overlay} on\nframes 1\nscreenshot {overlay}.png\nset overlay-{overlay} off\nframes 1"
+        )
+        .unwrap();
+    }
+    // All by the key, with a change of exposure, and back to none.
+    script += "key O\nframes 1\nscreenshot key.png\nset exposure 1\nframes 1\nset exposure 0\n";
+    for _ in OVERLAYS {
+        script += "key O\nframes 1\n";
+    }
+    script += "screenshot after.png\nexport profile.json\nexpect no error\n";
+    Display::new().report(
+        folder.path(),
+        &scene,
+        &script,
+        &["--size", "200x120", "--validate"],
+    );
+    let file = |name: &str| std::fs::read(folder.path().join(format!("{name}.png"))).unwrap();
+    let before = file("before");
+    for overlay in OVERLAYS {
+        // There is no environment.
+        assert_eq!(before != file(overlay), overlay != "cells", "{overlay}");
+    }
+    assert!(file("key") == file("patches"));
+    assert!(file("after") == before);
+    assert_eq!(
+        json(&folder.path().join("density.json"))["overlays"][0],
+        "density"
+    );
+
+    let mut table = csv::Reader::from_path(folder.path().join("profile.csv")).unwrap();
+    let heads = table.headers().unwrap().clone();
+    let column = |name: &str| heads.iter().position(|head| head == name).unwrap();
+    let columns = ["patches", "splats", "estimated_error"].map(column);
+    let rows: Vec<_> = table.records().map(|record| record.unwrap()).collect();
+    let counted = rows.iter().filter_map(|row| {
+        let values = columns.map(|column| row[column].parse::<f64>().ok());
+        Some([values[0]?, values[1]?, values[2]?])
+    });
+    let counted: Vec<_> = counted.collect();
+    assert!(counted.len() > 5, "{rows:?}");
+    for [patches, splats, error] in counted {
+        assert!(patches > 1.0 && splats > 1.0, "{patches} {splats}");
+        assert!(error > 0.0 && error < 0.05, "{error}");
+    }
+    let trace = json(&folder.path().join("profile.json"));
+    let memory = &trace["otherData"]["memory_bytes"];
+    assert!(
+        memory["by_name"]["light map"].as_u64().unwrap() > 0,
+        "{memory}"
+    );
+}
+
+/// A surface that is lost is made again; when the device is lost, the edits are kept in a file of their own.
+#[test]
+#[cfg(feature = "dev")]
+fn losses_are_survived_or_reported() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let display = Display::new();
+    let script = "set refine off\nset panels off\nframes 2\nscreenshot before.png\nlose surface\nframes 2\n\
+         screenshot after.png\nlose surface\nsize 240 130\nframes 2\nsize 200 120\nframes 2\nscreenshot last.png\n\
+         expect no error\n";
+    let arguments = ["--size", "200x120", "--validate"];
+    display.report(folder.path(), &scene, script, &arguments);
+    let file = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(file("before.png") == file("after.png") && file("before.png") == file("last.png"));
+
+    let lost = "set refine off\nframes 2\nset exposure 1.5\nframes 1\nlose device\nframes 2\n";
+    refuses(
+        &mut display.view(folder.path(), &scene, lost, &arguments),
+        5,
+        &[
+            "submitting a frame failed on the device: the device was lost",
+            "remedy",
+            "the edited scene is in",
+            "scene.recovered.toml",
+        ],
+    );
+    let recovered = String::from_utf8(file("scene.recovered.toml")).unwrap();
+    assert!(recovered.contains("exposure_ev = 1.5"), "{recovered}");
+    assert_eq!(file("scene.toml"), small_scene(1.0).into_bytes());
+    // Without edits there is nothing to keep.
+    std::fs::remove_file(folder.path().join("scene.recovered.toml")).unwrap();
+    let script = lost.replace("set exposure 1.5\n", "");
+    refuses(
+        &mut display.view(folder.path(), &scene, &script, &arguments),
+        5,
+        &["the device was lost"],
+    );
+    assert!(!folder.path().join("scene.recovered.toml").exists());
 }
 
 /// A comparison takes whatever happens in the window, and ends without a trace.

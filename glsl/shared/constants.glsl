@@ -183,3 +183,9 @@ const uint ENVIRONMENT_PARTS = 4;
 
 // Of the number of a visible triangle: it is seen by rays, since it reflects or refracts.
 const uint BY_RAYS = 0x40000000u;
+
+// Quads along a side of an environment cell, as an overlay draws it.
+const uint CELL_PARTS = 4;
+// `OverlayPush.shown`.
+const uint SHOWS_DENSITY = 1;
+const uint SHOWS_TEXELS = 2;

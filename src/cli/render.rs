@@ -3,8 +3,9 @@
 use super::files::{Files, has_extension, radiance_comment};
 use super::gpu_options::{GpuOptions, Job};
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use nephroid::image_file::{RgbImage, write_exr, write_png};
-use nephroid::render::{Renderer, ViewMemory};
+use nephroid::render::{Overlay, Renderer, ViewMemory};
 use nephroid::scene::Scene;
 use nephroid::{Result, tone_map};
 use std::path::Path;
@@ -22,8 +23,21 @@ pub struct Arguments {
     /// Square root of the number of samples per pixel; each pixel is the mean of its samples
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
     antialias: u32,
+    /// Draw over the picture what the frame computed with; may be repeated
+    #[arg(long, value_name = "NAME", value_parser = overlay_parser())]
+    overlay: Vec<Overlay>,
     #[command(flatten)]
     gpu: GpuOptions,
+}
+
+/// The names of the overlays.
+fn overlay_parser() -> impl TypedValueParser<Value = Overlay> {
+    PossibleValuesParser::new(Overlay::ALL.map(Overlay::name)).map(|name| {
+        let found = Overlay::ALL
+            .into_iter()
+            .find(|overlay| overlay.name() == name);
+        found.expect("a possible value")
+    })
 }
 
 /// Width and height of a picture, in pixels.
@@ -52,6 +66,7 @@ impl Job for Arguments {
     }
 
     fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()> {
+        renderer.set_overlays(&self.overlay);
         renderer.view(&scene.camera, self.size, self.antialias)
     }
 

@@ -9,6 +9,19 @@ use ash::vk;
 use bytemuck::Pod;
 use std::ops::Range;
 
+/// What a draw draws.
+#[derive(Clone, Copy)]
+pub enum Vertices<'a> {
+    /// So many vertices.
+    Count(u32),
+    /// Those that `indices` (u32) name, as many as the `VkDrawIndexedIndirectCommand` at byte `offset` of `arguments` says.
+    Indexed {
+        indices: &'a Buffer,
+        arguments: &'a Buffer,
+        offset: u64,
+    },
+}
+
 impl Recorder {
     /// The device, to record a command.
     fn device(&self) -> &Device {
@@ -90,46 +103,20 @@ impl Recorder {
         };
     }
 
-    /// Draws into `target` the vertices that `indices` (u32) name, as many as the `VkDrawIndexedIndirectCommand` at byte
-    /// `offset` of `arguments` says. `clear`: it is all zero before.
-    #[allow(clippy::too_many_arguments)]
-    pub fn draw_indexed_indirect<P: Pod>(
+    /// Draws `vertices` into `target`. `clear`: it is all zero before.
+    pub fn draw_vertices<P: Pod>(
         &mut self,
         pipeline: &BoundPipeline,
         target: &Image,
         clear: bool,
         push: &P,
-        indices: &Buffer,
-        arguments: &Buffer,
-        offset: u64,
+        vertices: Vertices,
     ) {
         self.begin_rendering(target, clear);
         self.use_pipeline(pipeline, push);
-        let (device, commands) = (self.device(), self.commands);
-        // SAFETY: pipeline, resources and target are bound; the buffer holds one command.
-        unsafe {
-            device.cmd_bind_index_buffer(commands, indices.handle, 0, vk::IndexType::UINT32);
-            device.cmd_draw_indexed_indirect(commands, arguments.handle, offset, 1, 0);
-            device.cmd_end_rendering(commands);
-        }
-    }
-
-    /// Draws `vertices` vertices into `target`. `clear`: it is all zero before.
-    pub fn draw<P: Pod>(
-        &mut self,
-        pipeline: &BoundPipeline,
-        target: &Image,
-        clear: bool,
-        push: &P,
-        vertices: u32,
-    ) {
-        self.begin_rendering(target, clear);
-        self.use_pipeline(pipeline, push);
-        // SAFETY: pipeline, resources and target are bound.
-        unsafe {
-            self.device().cmd_draw(self.commands, vertices, 1, 0, 0);
-            self.device().cmd_end_rendering(self.commands);
-        }
+        self.record_draw(vertices);
+        // SAFETY: rendering was begun.
+        unsafe { self.device().cmd_end_rendering(self.commands) };
     }
 
     /// Draws into a color image and a depth image that lie in the same places, one draw after the other: pipeline, push
@@ -196,6 +183,65 @@ impl Recorder {
         unsafe { self.device().cmd_end_rendering(self.commands) };
     }
 
+    /// Draws over a color image where the draws are at least as near as what its depth image has: pipeline, push constants
+    /// and what to draw.
+    pub fn draw_over<P: Pod>(
+        &mut self,
+        [color, depth]: [&Image; 2],
+        draws: &[(&BoundPipeline, P, Vertices)],
+    ) {
+        let attachment = |image: &Image| {
+            vk::RenderingAttachmentInfo::default()
+                .image_view(image.view)
+                .image_layout(vk::ImageLayout::GENERAL)
+                .load_op(vk::AttachmentLoadOp::LOAD)
+                .store_op(vk::AttachmentStoreOp::STORE)
+        };
+        let (colors, depth) = ([attachment(color)], attachment(depth));
+        let (area, viewport) = whole(color, 0..color.height);
+        let info = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&colors)
+            .depth_attachment(&depth);
+        // SAFETY: a recording command buffer and targets in layout GENERAL.
+        unsafe {
+            (self.device()).cmd_begin_rendering(self.commands, &info);
+            (self.device()).cmd_set_viewport(self.commands, 0, &[viewport]);
+            (self.device()).cmd_set_scissor(self.commands, 0, &[area]);
+        }
+        for (pipeline, push, vertices) in draws {
+            self.use_pipeline(pipeline, push);
+            self.record_draw(*vertices);
+        }
+        // SAFETY: rendering was begun.
+        unsafe { self.device().cmd_end_rendering(self.commands) };
+    }
+
+    /// Pipeline and targets are bound.
+    fn record_draw(&mut self, vertices: Vertices) {
+        let (device, commands) = (self.device(), self.commands);
+        // SAFETY: pipeline, resources and targets are bound; the buffer holds one command.
+        unsafe {
+            match vertices {
+                Vertices::Count(count) => device.cmd_draw(commands, count, 1, 0, 0),
+                Vertices::Indexed {
+                    indices,
+                    arguments,
+                    offset,
+                } => {
+                    device.cmd_bind_index_buffer(
+                        commands,
+                        indices.handle,
+                        0,
+                        vk::IndexType::UINT32,
+                    );
+                    device.cmd_draw_indexed_indirect(commands, arguments.handle, offset, 1, 0);
+                }
+            }
+        }
+    }
+
     /// Fills rows of an image with zeros, as a pass of its own.
     pub fn clear(&mut self, image: &Image, rows: Range<u32>) {
         self.begin_rendering_rows(image, true, rows);
@@ -208,24 +254,7 @@ impl Recorder {
     }
 
     fn begin_rendering_rows(&mut self, target: &Image, clear: bool, rows: Range<u32>) {
-        let area = vk::Rect2D {
-            offset: vk::Offset2D {
-                x: 0,
-                y: rows.start as i32,
-            },
-            extent: vk::Extent2D {
-                width: target.width,
-                height: rows.end - rows.start,
-            },
-        };
-        let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: target.width as f32,
-            height: target.height as f32,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
+        let (area, viewport) = whole(target, rows);
         let attachments = [vk::RenderingAttachmentInfo::default()
             .image_view(target.view)
             .image_layout(vk::ImageLayout::GENERAL)
@@ -310,6 +339,29 @@ impl Recorder {
         // SAFETY: a new image of this device.
         unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
     }
+}
+
+/// Rows of an image, and the viewport of all of it.
+fn whole(image: &Image, rows: Range<u32>) -> (vk::Rect2D, vk::Viewport) {
+    let area = vk::Rect2D {
+        offset: vk::Offset2D {
+            x: 0,
+            y: rows.start as i32,
+        },
+        extent: vk::Extent2D {
+            width: image.width,
+            height: rows.end - rows.start,
+        },
+    };
+    let viewport = vk::Viewport {
+        x: 0.0,
+        y: 0.0,
+        width: image.width as f32,
+        height: image.height as f32,
+        min_depth: 0.0,
+        max_depth: 1.0,
+    };
+    (area, viewport)
 }
 
 /// Workgroups of `local_size` threads that hold `threads`.

@@ -77,6 +77,7 @@ pub fn compile_graphics(
             .name(c"main")
     });
     let has_depth = !matches!(topology, Topology::Triangles | Topology::Points);
+    let is_overlay = topology == Topology::Overlay;
     let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
     let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
         Topology::Points => vk::PrimitiveTopology::POINT_LIST,
@@ -96,11 +97,20 @@ pub fn compile_graphics(
     let multisample = vk::PipelineMultisampleStateCreateInfo::default()
         .rasterization_samples(vk::SampleCountFlags::TYPE_1);
     let add = [vk::PipelineColorBlendAttachmentState::default()
-        .blend_enable(!has_depth)
-        .src_color_blend_factor(vk::BlendFactor::ONE)
-        .dst_color_blend_factor(vk::BlendFactor::ONE)
+        .blend_enable(!has_depth || is_overlay)
+        .src_color_blend_factor(match is_overlay {
+            true => vk::BlendFactor::SRC_ALPHA,
+            false => vk::BlendFactor::ONE,
+        })
+        .dst_color_blend_factor(match is_overlay {
+            true => vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
+            false => vk::BlendFactor::ONE,
+        })
         .color_blend_op(vk::BlendOp::ADD)
-        .src_alpha_blend_factor(vk::BlendFactor::ONE)
+        .src_alpha_blend_factor(match is_overlay {
+            true => vk::BlendFactor::ZERO,
+            false => vk::BlendFactor::ONE,
+        })
         .dst_alpha_blend_factor(vk::BlendFactor::ONE)
         .alpha_blend_op(vk::BlendOp::ADD)
         .color_write_mask(match topology {
@@ -120,9 +130,10 @@ pub fn compile_graphics(
     if has_depth {
         rendering = rendering.depth_attachment_format(Texel::Depth.format());
         depth = (depth.depth_test_enable(true))
-            .depth_write_enable(topology != Topology::Surfaces)
+            .depth_write_enable(!is_overlay && topology != Topology::Surfaces)
             .depth_compare_op(match topology {
                 Topology::Surfaces => vk::CompareOp::EQUAL,
+                Topology::Overlay => vk::CompareOp::GREATER_OR_EQUAL,
                 _ => vk::CompareOp::GREATER,
             });
     }

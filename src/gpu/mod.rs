@@ -17,6 +17,7 @@ mod pace;
 mod pipeline;
 mod pipeline_cache;
 mod pipelines;
+mod readback;
 mod recorder;
 #[cfg(feature = "dev")]
 mod reload;
@@ -29,6 +30,7 @@ mod transfer;
 mod validation;
 
 pub use access::Access;
+pub use commands::Vertices;
 pub use context::Context;
 pub use device::{ContextOptions, DeviceInfo, SuitableDevice, list_devices};
 pub use host::{External, suitable_devices};
@@ -37,6 +39,7 @@ pub use image::{Image, Sampling};
 pub use memory::Buffer;
 pub use pipeline::{BoundPipeline, Resource};
 pub use pipelines::{Constants, Topology};
+pub use readback::Readback;
 pub use recorder::{PassTime, Progress, Recorder, Submissions, Watcher};
 #[cfg(feature = "dev")]
 pub use reload::NewShaders;

@@ -17,6 +17,8 @@ pub enum Topology {
     Depths,
     /// Triangles of the depth that was written, which replace light; back faces do not.
     Surfaces,
+    /// Triangles over the light, as opaque as their alpha, where they are at least as near as the depth that was written.
+    Overlay,
 }
 
 /// Specialisation constants, by their ids.

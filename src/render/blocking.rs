@@ -99,6 +99,7 @@ impl Renderer {
 
     /// Binds the stages to buffers for four times as many patches.
     fn grow(&mut self) -> Result<()> {
+        self.overlays = None;
         self.scene.patch_budget *= 4;
         self.caustic = self.bind_stages()?;
         Ok(())
@@ -169,7 +170,7 @@ impl Renderer {
         self.prepare_view(size, side)?;
         let was_current = self.is_current;
         self.caustic()?;
-        if was_current {
+        if self.prepare_overlays()? || was_current {
             frame::upload(&mut self.recorder, &mut self.scene)?;
         }
         let recorded = self.record_direct().and_then(|()| self.record_view(camera));
@@ -197,6 +198,21 @@ impl Renderer {
         let tile = self.tile(object)?.light;
         let image = read(&self.light_map, tile.origin, tile.size)?;
         Ok(self.without_borders(image, object))
+    }
+
+    /// Number of splats that each texel of the light map of `object` got, in all channels, without those of coarser levels, after
+    /// a [`Renderer::view`] with [`super::Overlay::Density`].
+    ///
+    /// # Errors
+    /// As [`Renderer::read_caustic`].
+    ///
+    /// # Panics
+    /// If the last view was without the overlay.
+    pub fn read_density(&self, object: usize) -> Result<RgbImage> {
+        let tile = self.tile(object)?.light;
+        let overlays = self.overlays.as_ref();
+        let counts = overlays.and_then(|overlays| overlays.counts.as_ref());
+        read(counts.expect("a view with density"), tile.origin, tile.size)
     }
 
     /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`]: means over the texels of the light map.

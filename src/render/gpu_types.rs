@@ -158,6 +158,10 @@ mirrors! {
         eye: Vec3, near: f32, right: Vec3, first: u32, up: Vec3, light_count: u32, forward: Vec3, rotation: f32,
         size: Vec2, tile: Vec2,
     }
+    OverlayPush {
+        eye: Vec3, near: f32, right: Vec3, facet_count: u32, up: Vec3, light_count: u32, forward: Vec3, corner_count: u32,
+        size: Vec2, receiver_count: u32, lobes: u32, white: f32, shown: u32, first: u32, is_sun: u32, every: u32,
+    }
     ViewPush {
         eye: Vec3, light_count: u32, right: Vec3, rotation: f32, up: Vec3, side: u32, forward: Vec3, capacity: u32,
         size: Vec2, tile: UVec2, first: UVec2, end: UVec2,

@@ -18,6 +18,7 @@ mod diagnostics;
 mod dispatch;
 mod environment;
 mod frame;
+mod frame_counts;
 mod geometry;
 /// For tests of single passes.
 #[doc(hidden)]
@@ -25,6 +26,7 @@ pub mod gpu_types;
 mod host;
 mod left_out;
 mod lights;
+mod looking_inside;
 mod materials;
 mod methods;
 mod patches;
@@ -37,18 +39,22 @@ mod textures;
 mod view;
 
 pub use budget::FrameBudget;
+pub use frame_counts::FrameCounts;
 pub use host::{Frame, MapImage, MapTile, Output, ReceiverTile, ViewFrame};
 pub use left_out::LeftOut;
 pub use settings::{Area, DEFAULT_ERROR, Method, Settings};
+pub use view::overlay::Overlay;
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
 use crate::render::caustic::Caustic;
 use crate::render::device_scene::{Change, DeviceScene};
+use crate::render::frame_counts::Counter;
 pub use crate::render::patches::facets::MAX_BUDGET as MAX_PATCHES;
 use crate::render::receivers::dilate::Dilate;
 use crate::render::view::camera::View;
 use crate::render::view::direct::Direct;
+use crate::render::view::overlay::Overlays;
 use crate::scene::{Camera, Scene};
 use ash::vk;
 use std::collections::VecDeque;
@@ -67,7 +73,7 @@ pub struct ViewMemory {
 }
 
 /// Stages that frames in flight may still use, with the number of frames for which they must be kept.
-type Retired = (u32, Option<Caustic>, Option<View>);
+type Retired = (u32, Option<Caustic>, Option<View>, Option<Overlays>);
 
 /// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
@@ -81,7 +87,13 @@ pub struct Renderer {
     /// For the light map and the direct map, if there are mesh receivers.
     dilate: Option<[Dilate; 2]>,
     view: Option<View>,
+    /// The overlays to show, and their stages.
+    shown: Vec<Overlay>,
+    overlays: Option<Overlays>,
     recorder: Recorder,
+    /// While frames are counted, with the counts of the last one that has ended.
+    counter: Option<Counter>,
+    counts: Option<FrameCounts>,
     retired: VecDeque<Retired>,
     /// Whether a caustic was recorded, so that its counts are defined.
     has_caustic: bool,
@@ -140,7 +152,11 @@ impl Renderer {
             direct,
             dilate,
             view: None,
+            shown: Vec::new(),
+            overlays: None,
             recorder,
+            counter: None,
+            counts: None,
             retired: VecDeque::new(),
             has_caustic: false,
             is_current: false,
@@ -180,22 +196,25 @@ impl Renderer {
         self.update(frame.scene)?;
         if let Some(view) = frame.view {
             self.prepare_view(view.size, view.antialias)?;
+            self.prepare_overlays()?;
         }
         self.recorder.read_host_times()?;
+        self.read_counts();
         // SAFETY: the caller's promise.
         unsafe { self.recorder.begin_host(commands) };
         let recorded = self.record_caustic().and_then(|()| {
             if frame.direct || frame.view.is_some() {
                 self.record_direct()?;
             }
-            match frame.view {
-                Some(_) => self.record_view(&frame.scene.camera),
-                None => Ok(()),
+            if frame.view.is_some() {
+                self.record_view(&frame.scene.camera)?;
             }
+            self.record_counts()
         });
         // What the host must not submit leaves the light maps as they were.
         (self.recorder.end_host().and(recorded)).inspect_err(|_| {
             self.recorder.forget_last();
+            self.counter.iter_mut().for_each(Counter::forget_last);
             self.invalidate();
         })?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
@@ -252,9 +271,10 @@ impl Renderer {
                 self.scene.casters.patch_capacity = capacity;
                 self.scene.casters.clear();
             })?;
+            self.drop_overlays();
             let replaced = std::mem::replace(&mut self.caustic, stages);
             let frames = self.settings.frames_in_flight.max(1);
-            self.retired.push_back((frames, Some(replaced), None));
+            self.retired.push_back((frames, Some(replaced), None, None));
         }
         self.update_time = start.elapsed();
         Ok(())
@@ -427,7 +447,7 @@ impl Renderer {
             let frames = self.settings.frames_in_flight.max(1);
             let replaced = self.view.replace(view);
             if replaced.is_some() {
-                self.retired.push_back((frames, None, replaced));
+                self.retired.push_back((frames, None, replaced, None));
             }
         }
         Ok(())
@@ -435,7 +455,8 @@ impl Renderer {
 
     fn record_view(&mut self, camera: &Camera) -> Result<()> {
         let view = self.view.as_ref().expect("prepared");
-        view::frame::view(&mut self.recorder, &self.scene, view, camera)
+        view::frame::view(&mut self.recorder, &self.scene, view, camera)?;
+        self.record_overlays(camera)
     }
 
     /// Device memory of the direct maps, the textures and the last view.

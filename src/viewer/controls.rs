@@ -4,6 +4,7 @@ use super::compare_panel::{drag_divider, is_on_divider, paint};
 use super::edits::Placement;
 use super::handles::{Change, Drag, Handles, in_picture, light_marks, light_under, paint_light};
 use super::orbit;
+use super::overlay_panel::next;
 use super::pick::{Projection, object_at};
 use super::state::{Request, Selected, State};
 use egui::{
@@ -50,6 +51,7 @@ pub const KEYS: &[(&str, &str)] = &[
     ("B", "compare two sides, A and B"),
     ("H", "heat map of their difference"),
     ("X", "swap A and B"),
+    ("O", "next overlay, then none"),
     ("P", "profiler"),
     ("Tab", "panels"),
     ("?", "this list"),
@@ -109,7 +111,7 @@ pub fn keys(context: &Context, state: &mut State) {
         }
     }
     type Action = fn(&mut State);
-    let actions: [(Key, Action); 13] = [
+    let actions: [(Key, Action); 14] = [
         (Key::Space, |state| state.playback.toggle()),
         (Key::Home, |state| state.playback.time = 0.0),
         (Key::L, |state| state.playback.loops = !state.playback.loops),
@@ -118,6 +120,7 @@ pub fn keys(context: &Context, state: &mut State) {
         (Key::B, |state| state.compare.is_on = !state.compare.is_on),
         (Key::H, |state| state.compare.toggle_heat_map()),
         (Key::X, |state| state.compare.techniques.swap(0, 1)),
+        (Key::O, |state| next(&mut state.overlays)),
         (Key::P, |state| {
             state.windows.profiler = !state.windows.profiler
         }),

@@ -4,6 +4,8 @@ use super::capture::{Capture, Captured};
 use super::compare::{Difference, Shown};
 use super::differences::Differences;
 use super::host::{Host, HostOptions, failed};
+#[cfg(feature = "dev")]
+use super::loss::Loss;
 use super::present::{Present, whole};
 use super::side::{MAX_SIDES, Side, record};
 use super::slot::{Slot, slots};
@@ -74,6 +76,9 @@ pub struct Display {
     /// While two sides are compared.
     pub(super) differences: Option<Differences>,
     uploads: Uploads,
+    /// What the next frame is to lose, for tests.
+    #[cfg(feature = "dev")]
+    pub loses: Option<Loss>,
     /// Whether the images no longer fit the window.
     is_stale: bool,
     pub(super) host: Host,
@@ -119,6 +124,8 @@ impl Display {
             next_slot: 0,
             differences: None,
             uploads: Uploads::default(),
+            #[cfg(feature = "dev")]
+            loses: None,
             is_stale: true,
             host,
         })
@@ -299,12 +306,23 @@ impl Display {
                 .wait_semaphore_infos(&waits)
                 .command_buffer_infos(&buffers)
                 .signal_semaphore_infos(&signals)];
-            (device.queue_submit2(self.host.queue, &submit, fence))
-                .map_err(failed("submitting a frame"))?;
+            let submitted = device.queue_submit2(self.host.queue, &submit, fence);
+            #[cfg(feature = "dev")]
+            let submitted = match self.loses {
+                Some(Loss::Device) => Err(vk::Result::ERROR_DEVICE_LOST),
+                _ => submitted,
+            };
+            submitted.map_err(failed("submitting a frame"))?;
         }
         host += start.elapsed();
         self.next_slot = (index + 1) % FRAMES_IN_FLIGHT;
-        match self.swapchain.present(&self.host, image)? {
+        let presented = self.swapchain.present(&self.host, image)?;
+        #[cfg(feature = "dev")]
+        let presented = match self.loses.take() {
+            Some(_) => Presented::SurfaceLost,
+            None => presented,
+        };
+        match presented {
             Presented::Done(()) => {}
             Presented::OutOfDate | Presented::NotReady => self.is_stale = true,
             Presented::SurfaceLost => self.lose_surface(draw.window)?,

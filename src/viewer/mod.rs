@@ -20,7 +20,10 @@ mod document;
 mod edits;
 mod handles;
 mod host;
+#[cfg(feature = "dev")]
+mod loss;
 mod orbit;
+mod overlay_panel;
 mod panels;
 mod pick;
 mod playback;

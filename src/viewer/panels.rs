@@ -5,6 +5,7 @@ use super::controls;
 use super::dialogs;
 use super::edits::{Placement, same_light};
 use super::handles::sky_dial;
+use super::overlay_panel::overlays;
 use super::profiler_panel;
 use super::state::{Selected, State};
 use super::technique_panel::technique;
@@ -66,6 +67,9 @@ fn settings(ui: &mut Ui, state: &mut State) {
     ui.collapsing("Method", |ui| method(ui, state))
         .header_response
         .on_hover_text("How the caustic is computed");
+    ui.collapsing("Overlays", |ui| overlays(ui, &mut state.overlays))
+        .header_response
+        .on_hover_text("What the frame computed with, over the picture");
     ui.collapsing("Compare", |ui| compare_panel::settings(ui, state))
         .header_response
         .on_hover_text("Two techniques side by side, and their difference");

@@ -1,12 +1,13 @@
 //! Replays a script.
 
+use super::overlay_panel;
 use super::report::Recorder;
 use super::script::{Command, Hands, Script, failed};
 use super::state::{Request, Selected, Severity, State};
 use super::technique::{Aim, Technique};
 use egui::Event;
 use nephroid::Result;
-use nephroid::render::Method;
+use nephroid::render::{Method, Overlay};
 use std::time::{Duration, Instant};
 use winit::dpi::PhysicalSize;
 use winit::window::Window;
@@ -147,6 +148,8 @@ impl Player {
             Command::Screenshot(path) => state.requests.push(Request::Screenshot(path)),
             Command::Save(path) => state.requests.push(Request::Save(path)),
             Command::Export(path) => state.requests.push(Request::ExportProfile(path)),
+            #[cfg(feature = "dev")]
+            Command::Lose(loss) => state.requests.push(Request::Lose(loss)),
             Command::Measure(name) => recorder.measure(&name),
             Command::Expect(text) => expect(state, &text)?,
             Command::ExpectNoError => {
@@ -227,6 +230,14 @@ fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
         None => (0, name),
     };
     if set_technique(&mut state.compare.techniques[side], of_side, value)? {
+        return Ok(());
+    }
+    if let Some(name) = name.strip_prefix("overlay-") {
+        let overlay = Overlay::ALL
+            .into_iter()
+            .find(|overlay| overlay.name() == name);
+        let overlay = overlay.ok_or_else(|| format!("there is no overlay `{name}`"))?;
+        overlay_panel::set(&mut state.overlays, overlay, switch(value)?);
         return Ok(());
     }
     let quality = &mut state.quality;

@@ -4,6 +4,7 @@ use super::display::FRAMES_IN_FLIGHT;
 use super::stats::Times;
 use nephroid::gpu::PassTime;
 use nephroid::output::write_atomically;
+use nephroid::render::FrameCounts;
 use nephroid::{Error, Result};
 use serde_json::json;
 use std::collections::{BTreeMap, VecDeque};
@@ -25,6 +26,16 @@ pub struct FrameTimes {
     pub host: f64,
     /// Device times of the passes, ms; equal names are added up. They arrive after the frame has ended.
     pub passes: Vec<(&'static str, f64)>,
+    /// What the frame consists of, for each side. They arrive with the times of the passes.
+    pub counts: Vec<FrameCounts>,
+}
+
+/// What the device says of a frame that has ended.
+#[derive(Default)]
+pub struct Measured {
+    pub passes: Vec<PassTime>,
+    /// For each side.
+    pub counts: Vec<FrameCounts>,
 }
 
 #[derive(Default)]
@@ -40,8 +51,8 @@ pub struct Profiler {
 }
 
 impl Profiler {
-    /// Adds a frame. `passes` are those of the last frame with a picture that has ended.
-    pub fn add(&mut self, mut frame: FrameTimes, has_picture: bool, passes: Vec<PassTime>) {
+    /// Adds a frame. `measured` is of the last frame with a picture that has ended.
+    pub fn add(&mut self, mut frame: FrameTimes, has_picture: bool, measured: Measured) {
         frame.number = self.next;
         self.next += 1;
         if has_picture {
@@ -52,7 +63,8 @@ impl Profiler {
                     .iter_mut()
                     .find(|frame| Some(frame.number) == owner)
                 {
-                    owner.passes = merged(&passes);
+                    owner.passes = merged(&measured.passes);
+                    owner.counts = measured.counts;
                 }
             }
             self.pending.push_back(frame.number);
@@ -112,6 +124,12 @@ impl Profiler {
         Times::of(self.frames.iter().map(|frame| frame.host).collect())
     }
 
+    /// The counts of the last frame that has them, for each side.
+    pub fn counts(&self) -> &[FrameCounts] {
+        let mut counts = self.frames.iter().rev().map(|frame| &frame.counts);
+        (counts.find(|counts| !counts.is_empty())).map_or(&[], Vec::as_slice)
+    }
+
     /// Writes `path` with the extension `.json` as a Chrome trace and with `.csv` as a table.
     ///
     /// # Errors
@@ -147,17 +165,30 @@ impl Profiler {
                 events.push(event(pass, 3, start, *ms));
                 start += ms;
             }
+            for (side, counts) in frame.counts.iter().enumerate() {
+                let values: serde_json::Map<_, _> = (COUNTS.iter().zip(numbers(counts)))
+                    .filter_map(|(name, value)| Some(((*name).to_owned(), json!(value?))))
+                    .collect();
+                events.push(json!({ "name": format!("counts{}", SIDES[side]), "ph": "C", "pid": 1, "ts": 1e3 * (end - wall), "args": values }));
+            }
         }
-        json!({ "traceEvents": events, "displayTimeUnit": "ms" }).to_string()
+        let memory = json!({ "reserved": self.reserved, "by_name": self.memory });
+        json!({ "traceEvents": events, "displayTimeUnit": "ms", "otherData": { "memory_bytes": memory } })
+            .to_string()
     }
 
     fn table(&self) -> csv::Result<Vec<u8>> {
         let passes = self.pass_names();
+        let sides = (self.frames.iter().map(|frame| frame.counts.len())).max();
+        let sides = sides.unwrap_or(0).max(1);
         let mut writer = csv::Writer::from_writer(Vec::new());
         let heads = ["end_s", "interval_ms", "host_ms"].map(str::to_owned);
         writer.write_record(
             heads
                 .into_iter()
+                .chain(
+                    (0..sides).flat_map(|side| COUNTS.map(|name| format!("{name}{}", SIDES[side]))),
+                )
                 .chain(passes.iter().map(|pass| format!("{pass} ms"))),
         )?;
         for frame in &self.frames {
@@ -167,12 +198,30 @@ impl Profiler {
                 time.map(|(_, ms)| ms.to_string()).unwrap_or_default()
             });
             let first = [frame.end.to_string(), interval, frame.host.to_string()];
-            writer.write_record(first.into_iter().chain(times))?;
+            let counts = (0..sides).flat_map(|side| {
+                let counts = frame.counts.get(side).map(numbers).unwrap_or_default();
+                counts.map(|value| value.map(|value| value.to_string()).unwrap_or_default())
+            });
+            writer.write_record(first.into_iter().chain(counts).chain(times))?;
         }
         writer
             .into_inner()
             .map_err(|error| error.into_error().into())
     }
+}
+
+/// The numbers of [`FrameCounts`], as exported files name them.
+const COUNTS: [&str; 4] = ["patches", "traced_corners", "splats", "estimated_error"];
+/// What the names of a side's counts end with.
+const SIDES: [&str; 2] = ["", " of B"];
+
+fn numbers(counts: &FrameCounts) -> [Option<f64>; 4] {
+    [
+        Some(counts.patches.into()),
+        Some(counts.traced_corners.into()),
+        counts.splats.map(f64::from),
+        counts.error.map(f64::from),
+    ]
 }
 
 /// Passes in the order of their first occurrence, equal names as one, ms.
@@ -205,18 +254,26 @@ mod tests {
         let mut profiler = Profiler::default();
         for number in 0..5u32 {
             let of = number.saturating_sub(FRAMES_IN_FLIGHT as u32);
-            let passes = vec![pass("splat", f64::from(of)), pass("splat", 0.0)];
+            let measured = Measured {
+                passes: vec![pass("splat", f64::from(of)), pass("splat", 0.0)],
+                counts: vec![FrameCounts {
+                    patches: of,
+                    ..FrameCounts::default()
+                }],
+            };
             profiler.add(
                 FrameTimes {
                     host: f64::from(number),
                     ..Default::default()
                 },
                 true,
-                passes,
+                measured,
             );
         }
         let known = &profiler.frames[2];
         assert_eq!(known.passes, [("splat", 2000.0)]);
+        assert_eq!(known.counts[0].patches, 2);
+        assert_eq!(profiler.counts()[0].patches, 2);
         assert!(profiler.frames[3].passes.is_empty());
         assert_eq!(profiler.pass_names(), ["splat"]);
     }
@@ -231,17 +288,25 @@ mod tests {
                     ..Default::default()
                 },
                 true,
-                vec![pass("view", 0.001)],
+                Measured {
+                    passes: vec![pass("view", 0.001)],
+                    counts: vec![FrameCounts {
+                        splats: Some(7),
+                        ..FrameCounts::default()
+                    }],
+                },
             );
         }
         let trace: serde_json::Value = serde_json::from_str(&profiler.trace()).unwrap();
         assert_eq!(
             trace["traceEvents"].as_array().unwrap().len(),
-            3 + 4 * 2 + 2
+            3 + 4 * 2 + 2 * 2
         );
         let table = String::from_utf8(profiler.table().unwrap()).unwrap();
         assert!(
-            table.starts_with("end_s,interval_ms,host_ms,view ms\n"),
+            table.starts_with(
+                "end_s,interval_ms,host_ms,patches,traced_corners,splats,estimated_error,view ms\n"
+            ),
             "{table}"
         );
         assert_eq!(table.lines().count(), 5);

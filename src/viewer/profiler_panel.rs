@@ -23,6 +23,7 @@ pub fn show(context: &Context, state: &mut State) {
                 line(ui, "frame, wall", profiler.intervals());
                 line(ui, "host", profiler.host_times());
             });
+            counts(ui, profiler);
             ScrollArea::vertical().max_height(260.0).show(ui, |ui| {
                 passes(ui, profiler);
                 ui.separator();
@@ -91,6 +92,25 @@ fn line(ui: &mut Ui, name: &str, times: Option<Times>) {
             "{name}: median {:.2} ms, p99 {:.2} ms",
             times.median, times.p99
         ));
+    }
+}
+
+/// What the last frame consists of, for each side.
+fn counts(ui: &mut Ui, profiler: &Profiler) {
+    for (counts, side) in profiler.counts().iter().zip(["", "B: "]) {
+        let mut text = format!("{side}{} patches", counts.patches);
+        if counts.traced_corners > 0 {
+            text += &format!(", rays from {} corners", counts.traced_corners);
+        }
+        if let Some(splats) = counts.splats {
+            text += &format!(", {splats} splats");
+        }
+        if let Some(error) = counts.error {
+            text += &format!(", estimated error {:.2} %", 100.0 * error);
+        }
+        ui.label(text).on_hover_text(
+            "Patches or points; places on casters from which rays test visibility, without rays of chains and direct light; triangles and kernels added to the light maps; L1 of light of a single surface",
+        );
     }
 }
 

@@ -71,6 +71,7 @@ pub fn write(path: &Path, captured: &Captured, state: &mut State) -> Result<()> 
         },
         "size": captured.size,
         "settings": settings(&compare.techniques[0]),
+        "overlays": state.overlays,
         "comparison": comparison,
         "device": state.device,
         "version": env!("CARGO_PKG_VERSION"),

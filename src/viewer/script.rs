@@ -1,5 +1,7 @@
 //! Scripts: a list of inputs, one a line, that the window replays (docs/viewer.md).
 
+#[cfg(feature = "dev")]
+use super::loss::Loss;
 use egui::{
     Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2, pos2, vec2,
 };
@@ -45,6 +47,9 @@ pub enum Command {
     Await(String),
     /// Fails if the window shows an error.
     ExpectNoError,
+    /// Has the next frame fail as if the system had taken this away.
+    #[cfg(feature = "dev")]
+    Lose(Loss),
     Quit,
 }
 
@@ -169,6 +174,10 @@ fn parse(line: &str) -> Result<Vec<Command>, String> {
         ("await", [_, ..]) => one(Command::Await(rest.into())),
         ("expect", ["no", "error"]) => one(Command::ExpectNoError),
         ("expect", [_, ..]) => one(Command::Expect(rest.into())),
+        #[cfg(feature = "dev")]
+        ("lose", ["surface"]) => one(Command::Lose(Loss::Surface)),
+        #[cfg(feature = "dev")]
+        ("lose", ["device"]) => one(Command::Lose(Loss::Device)),
         ("quit", []) => one(Command::Quit),
         ("drag", _) => usage("drag BUTTON X Y X Y FRAMES"),
         ("move" | "click" | "scroll" | "size" | "set" | "copy", _) => {

@@ -1,23 +1,22 @@
 //! A window that is open: its scene, its panels, and a frame where something changed.
 
 use super::capture::Captured;
-use super::display::{Display, Draw, Panels};
+use super::display::{Display, Draw, FRAMES_IN_FLIGHT, Panels};
 use super::document::Document;
 use super::edits::Edits;
 use super::panels;
 use super::player::Player;
-use super::profiler::FrameTimes;
+use super::profiler::{FrameTimes, Measured};
 use super::quality::{Quality, STAGES};
 use super::reference::Reference;
 use super::save::save;
 use super::screenshot;
-use super::side::Side;
 use super::sides;
 use super::state::{Request, Severity, State};
 use super::technique::Technique;
 use super::watch::Watch;
 use glam::DVec3;
-use nephroid::render::{Frame, ViewFrame};
+use nephroid::render::{Frame, Overlay, ViewFrame};
 use nephroid::scene::Scene;
 use nephroid::{Result, glam};
 use std::path::{Path, PathBuf};
@@ -29,6 +28,8 @@ use winit::window::Window;
 const REST: Duration = Duration::from_millis(200);
 /// Scene time of a frame of a script, s, so that equal scripts show equal pictures.
 const SCRIPT_STEP: f64 = 1.0 / 24.0;
+/// Pictures that are rendered again for the profiler, until the times and counts of the last one are known.
+const REPEATS: u32 = FRAMES_IN_FLIGHT as u32 + 1;
 /// Frames between two looks at the memory.
 const MEMORY_FRAMES: u32 = 30;
 
@@ -40,6 +41,8 @@ struct PictureKey {
     view: (DVec3, DVec3, f64),
     quality: Quality,
     techniques: Vec<Technique>,
+    /// With the exposure, EV, that their colours are made for.
+    overlays: Option<(Vec<Overlay>, f64)>,
     size: [u32; 2],
 }
 
@@ -76,6 +79,8 @@ pub struct Session {
     pub is_settled: bool,
     is_scripted: bool,
     frames: u32,
+    /// Pictures since the last one that was new, while the profiler is open.
+    repeats: u32,
     recorded: u32,
 }
 
@@ -122,6 +127,7 @@ impl Session {
             is_settled: false,
             is_scripted,
             frames: 0,
+            repeats: 0,
             recorded: 0,
             state,
         })
@@ -254,6 +260,8 @@ impl Session {
                     Err(error) => self.state.tell(Severity::Error, error.to_string()),
                 },
                 Request::Open(path) => self.open_scene(&path),
+                #[cfg(feature = "dev")]
+                Request::Lose(loss) => self.display.loses = Some(loss),
                 Request::Quit => self.state.requests.push(Request::Quit),
             }
         }
@@ -296,7 +304,10 @@ impl Session {
             }
         }
         let stage = self.state.stage;
-        let wants_picture = self.shown.as_ref() != Some(&(key.clone(), stage, number));
+        let takes_passes = self.state.windows.profiler;
+        let is_new = self.shown.as_ref() != Some(&(key.clone(), stage, number));
+        // What a picture cost and consists of is known a few pictures later.
+        let wants_picture = is_new || takes_passes && self.repeats < REPEATS;
         let (antialias, factor) = self.state.quality.stage(stage);
         let mut has_picture = wants_picture;
         if wants_picture {
@@ -306,9 +317,9 @@ impl Session {
             }
             has_picture = self.update(&scene)?;
         }
-        let takes_passes = self.state.windows.profiler;
         for side in &mut self.display.sides {
-            side.time_passes(takes_passes);
+            side.profile(takes_passes);
+            side.set_overlays(&self.state.overlays);
         }
         let compare = &self.state.compare;
         let is_relative = compare.heat_map.is_relative;
@@ -325,7 +336,7 @@ impl Session {
             shown: compare.shown(),
             measures,
             panels,
-            captures: screenshot.is_some() || (record.is_some() && has_picture),
+            captures: screenshot.is_some() || (record.is_some() && has_picture && is_new),
         };
         let before = start.elapsed();
         let drawn = self.display.draw(draw)?;
@@ -342,6 +353,11 @@ impl Session {
         }
         if has_picture {
             self.shown = Some((key, stage, number));
+            self.repeats = if is_new || !takes_passes {
+                0
+            } else {
+                self.repeats + 1
+            };
             self.last_good = self.good();
         }
         if has_picture || measures.is_some() || !self.state.compare.is_on {
@@ -351,12 +367,16 @@ impl Session {
         self.needs_frame |= has_pending;
         self.is_settled = (!self.state.quality.refines || stage >= STAGES) && !has_pending;
         if let Some(captured) = &drawn.captured {
-            self.write_pictures(captured, screenshot, record.filter(|_| has_picture))?;
+            self.write_pictures(
+                captured,
+                screenshot,
+                record.filter(|_| has_picture && is_new),
+            )?;
         }
         let end = Instant::now();
         let interval = self.last_end.map(|last| 1e3 * (end - last).as_secs_f64());
         self.last_end = Some(end);
-        if let (true, Some(interval)) = (has_picture, interval) {
+        if let (true, true, Some(interval)) = (has_picture, is_new, interval) {
             let time = Duration::from_secs_f64(1e-3 * interval);
             (self.display.sides.iter_mut()).for_each(|side| side.add_time(time));
         }
@@ -367,12 +387,17 @@ impl Session {
             ..FrameTimes::default()
         };
         // Passes of both sides have equal names, and are added up.
-        let sides = self.display.sides.iter_mut().filter(|_| has_picture);
-        let passes = sides.flat_map(Side::take_times).collect();
+        let mut measured = Measured::default();
+        for side in self.display.sides.iter_mut().filter(|_| has_picture) {
+            measured.passes.extend(side.take_times());
+            measured.counts.extend(side.take_counts());
+        }
         self.state
             .profiler
-            .add(times.clone(), has_picture && takes_passes, passes);
-        if takes_passes && self.frames.is_multiple_of(MEMORY_FRAMES) {
+            .add(times.clone(), has_picture && takes_passes, measured);
+        self.needs_frame |= has_picture && takes_passes && self.repeats < REPEATS;
+        let is_due = self.state.profiler.reserved == 0 || self.frames.is_multiple_of(MEMORY_FRAMES);
+        if takes_passes && is_due {
             (self.state.profiler.memory, self.state.profiler.reserved) = self.display.memory();
         }
         self.frames += 1;
@@ -394,7 +419,7 @@ impl Session {
     }
 
     fn key(&self, scene: &Scene, size: [u32; 2]) -> PictureKey {
-        let camera = &scene.camera;
+        let (camera, overlays) = (&scene.camera, &self.state.overlays);
         PictureKey {
             time: self.state.playback.time,
             // The exposure is applied where the picture is drawn, and the camera is in `view`.
@@ -406,6 +431,7 @@ impl Session {
             view: (camera.position, camera.target, camera.fov),
             quality: self.state.quality,
             techniques: self.state.compare.sides().to_vec(),
+            overlays: (!overlays.is_empty()).then(|| (overlays.clone(), camera.exposure_ev)),
             size,
         }
     }

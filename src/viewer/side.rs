@@ -6,7 +6,9 @@ use super::technique::{Aim, Technique};
 use super::upload::Uploads;
 use ash::vk;
 use nephroid::gpu::{Context, PassTime};
-use nephroid::render::{Frame, FrameBudget, MapImage, ReceiverTile, Renderer, Settings};
+use nephroid::render::{
+    Frame, FrameBudget, FrameCounts, MapImage, Overlay, ReceiverTile, Renderer, Settings,
+};
 use nephroid::scene::Scene;
 use nephroid::{Error, Result};
 use std::sync::Arc;
@@ -113,9 +115,20 @@ impl Side {
         }
     }
 
-    /// Times passes from now on, or no longer.
-    pub fn time_passes(&mut self, on: bool) {
+    /// Times passes and counts frames from now on, or no longer.
+    pub fn profile(&mut self, on: bool) {
         self.renderer.time_passes(on);
+        self.renderer.count_frames(on);
+    }
+
+    /// Draws these overlays over the next pictures.
+    pub fn set_overlays(&mut self, overlays: &[Overlay]) {
+        self.renderer.set_overlays(overlays);
+    }
+
+    /// Counts of the last frame that has ended.
+    pub fn take_counts(&mut self) -> Option<FrameCounts> {
+        self.renderer.take_counts()
     }
 
     /// Times of the passes of the last frame that has ended.

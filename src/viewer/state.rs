@@ -3,11 +3,14 @@
 use super::compare::Compare;
 use super::document::Document;
 use super::handles::Drag;
+#[cfg(feature = "dev")]
+use super::loss::Loss;
 use super::playback::Playback;
 use super::profiler::Profiler;
 use super::quality::Quality;
 use super::technique::Technique;
 use nephroid::gpu::DeviceInfo;
+use nephroid::render::Overlay;
 use nephroid::scene::{Camera, Scene};
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -40,6 +43,9 @@ pub enum Request {
     /// Chrome trace and CSV.
     ExportProfile(PathBuf),
     Open(PathBuf),
+    /// The next frame fails as if the system had taken this away.
+    #[cfg(feature = "dev")]
+    Lose(Loss),
     Quit,
 }
 
@@ -71,6 +77,8 @@ pub struct State {
     /// What the pointer is doing in the picture.
     pub drag: Option<Drag>,
     pub windows: Windows,
+    /// What is drawn over the picture of how it was computed.
+    pub overlays: Vec<Overlay>,
     pub save: SaveDialog,
     pub messages: VecDeque<(Severity, String)>,
     pub requests: Vec<Request>,
@@ -98,6 +106,7 @@ impl State {
                 profiler: false,
                 help: false,
             },
+            overlays: Vec::new(),
             save: SaveDialog::default(),
             messages: VecDeque::new(),
             requests: Vec::new(),

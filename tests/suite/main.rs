@@ -35,6 +35,7 @@ mod mesh_receivers;
 mod motion;
 mod motion_input;
 mod mutated_input;
+mod overlays;
 mod pinned;
 mod reference;
 mod reference_view;

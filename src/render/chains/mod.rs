@@ -10,7 +10,8 @@ pub mod lattice;
 use crate::error::Result;
 use crate::flux_balance::FluxBalance;
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
+    shaders,
 };
 use crate::render::chains::landings::{LandingBuffers, Landings, Waves};
 use crate::render::device_scene::DeviceScene;
@@ -49,6 +50,8 @@ pub struct Chains {
     draw: BoundPipeline,
     waves: [Buffer; 2],
     flux_sums: Buffer,
+    /// Of all waves.
+    pub footprints: Buffer,
     quads: Buffer,
     path_capacity: u32,
     splat_capacity: u32,
@@ -218,6 +221,7 @@ impl Chains {
             draw,
             waves,
             flux_sums,
+            footprints,
             quads,
             path_capacity,
             splat_capacity,
@@ -228,7 +232,7 @@ impl Chains {
     }
 
     /// The sizes after all waves.
-    fn last(&self) -> &Buffer {
+    pub fn last(&self) -> &Buffer {
         &self.waves[self.wave_count as usize % 2]
     }
 
@@ -333,8 +337,15 @@ impl Chains {
     /// Draws the footprints of all waves into the light maps; `clear` clears the maps first.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image, clear: bool) {
         let push = draw_push(light_map);
-        let (draw, quads, waves) = (&self.draw, &self.quads, self.last());
-        let offset = 4 * WAVE_DRAW_WORD as u64;
-        recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, waves, offset);
+        recorder.draw_vertices(&self.draw, light_map, clear, &push, self.vertices());
+    }
+
+    /// The quads of the footprints of all waves.
+    pub fn vertices(&self) -> Vertices<'_> {
+        Vertices::Indexed {
+            indices: &self.quads,
+            arguments: self.last(),
+            offset: 4 * WAVE_DRAW_WORD as u64,
+        }
     }
 }

@@ -167,6 +167,11 @@ impl CellPatchPairs {
         Ok(new)
     }
 
+    /// Number of cells, without those that act as suns.
+    pub fn cell_count(&self) -> u32 {
+        self.cells.len() as u32
+    }
+
     /// Writes the cells for the present rotation and scale, and the patch clusters where a caster has moved.
     ///
     /// # Errors

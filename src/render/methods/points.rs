@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
+    shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{PointSplat, PointsPush};
@@ -15,6 +16,8 @@ const MAX_BYTES: u64 = 8 << 20;
 pub struct Points {
     trace: BoundPipeline,
     draw: BoundPipeline,
+    /// What the points of a batch light.
+    pub splats: Buffer,
     /// Points for each light.
     points: u32,
     /// Points for all lights.
@@ -61,6 +64,7 @@ impl Points {
         Ok(Self {
             trace,
             draw,
+            splats,
             points,
             count: all,
             batch,
@@ -97,7 +101,12 @@ impl Points {
         clear: bool,
     ) {
         let push = draw_push(light_map);
-        let points = batch.1 * targets(scene);
-        recorder.draw(&self.draw, light_map, clear, &push, points);
+        let vertices = self.vertices(scene, batch);
+        recorder.draw_vertices(&self.draw, light_map, clear, &push, vertices);
+    }
+
+    /// The points of a batch, once for each texel that they may light.
+    pub fn vertices(&self, scene: &DeviceScene, batch: (u32, u32)) -> Vertices<'static> {
+        Vertices::Count(batch.1 * targets(scene))
     }
 }

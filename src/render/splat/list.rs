@@ -2,7 +2,7 @@
 //! order for one indirect draw. Equal input gives equal bits.
 
 use crate::error::Result;
-use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, shaders};
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Vertices, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::CompactPush;
 use crate::render::gpu_types::constants::{PAIRS_PER_THREAD, SPLAT_GROUP};
@@ -113,7 +113,15 @@ impl SplatList {
         clear: bool,
     ) {
         let push = draw_push(light_map);
-        let (quads, arguments) = (&self.quads, &self.arguments);
-        recorder.draw_indexed_indirect(pipeline, light_map, clear, &push, quads, arguments, 0);
+        recorder.draw_vertices(pipeline, light_map, clear, &push, self.vertices());
+    }
+
+    /// The quads of the used slots.
+    pub fn vertices(&self) -> Vertices<'_> {
+        Vertices::Indexed {
+            indices: &self.quads,
+            arguments: &self.arguments,
+            offset: 0,
+        }
     }
 }

@@ -59,6 +59,9 @@ pub struct Projector {
     project: BoundPipeline,
     pub list: SplatList,
     draw: BoundPipeline,
+    /// Name of the splats in the shaders that draw them, and the first of these.
+    pub splats: &'static str,
+    pub vertex: &'static Shader,
     /// The lights that the projector uses.
     pub source: Source,
     pub passes: Passes,
@@ -124,6 +127,8 @@ impl Projector {
                 &drawn,
             )?,
             list,
+            splats: description.splats,
+            vertex,
             source,
             passes: description.passes,
             receiver_count: description.receiver_count,

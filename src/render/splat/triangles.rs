@@ -5,7 +5,8 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
+    shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
@@ -48,8 +49,14 @@ pub struct Triangles {
     visibility: Buffer,
     quads: Buffer,
     /// Arguments of the passes over patches, and over triangles.
-    pub(super) patch_totals: Buffer,
-    pub(super) splat_totals: Buffer,
+    pub patch_totals: Buffer,
+    pub splat_totals: Buffer,
+    /// Where the patches of facets and of blocks of them begin, and the packed triangles of every patch.
+    pub patch_numbers: Buffer,
+    pub patch_block_sums: Buffer,
+    pub patch_splats: Buffer,
+    /// The triangles of a batch.
+    pub triangle_splats: Buffer,
     /// Number of triangles of a batch.
     pub batch: u32,
     /// Number of batches of triangles.
@@ -58,10 +65,11 @@ pub struct Triangles {
     pub expected_batches: Option<u32>,
     /// Whether rays are traced from the corners of patches.
     pub traces_corners: bool,
-    patch_capacity: u32,
+    /// Patches that fit the buffers.
+    pub patch_capacity: u32,
     aim: Aim,
-    pub(super) shares: Buffer,
-    pub(super) facet_patches: Buffer,
+    pub shares: Buffer,
+    pub facet_patches: Buffer,
 }
 
 /// What decides the number of patches; see facet_push.glsl.
@@ -147,7 +155,7 @@ impl Triangles {
         let errors = 16 * blocks(pairs) * receivers * u64::from(SHARE_LEVELS);
         let errors = buffer("errors", errors)?;
         let patch_numbers = buffer("patch numbers", 8 * pairs)?;
-        let patch_sums = buffer("patch sums", 8 * blocks(pairs))?;
+        let patch_block_sums = buffer("patch sums", 8 * blocks(pairs))?;
         let patch_totals = buffer("patch totals", 4 * u64::from(ARGUMENT_WORDS))?;
         let visibility = buffer("visibility", 4 * points * targets.div_ceil(16))?;
         let splat_numbers = buffer("triangle numbers", 8 * patches)?;
@@ -167,7 +175,7 @@ impl Triangles {
             ("shares", &shares),
             ("errors", &errors),
             ("patch_numbers", &patch_numbers),
-            ("patch_sums", &patch_sums),
+            ("patch_sums", &patch_block_sums),
             ("totals", &patch_totals),
             ("visibility", &visibility),
             ("splat_numbers", &splat_numbers),
@@ -196,7 +204,7 @@ impl Triangles {
             patch_sums: PrefixSums::new(
                 context,
                 scene,
-                [&patch_numbers, &patch_sums, &patch_totals],
+                [&patch_numbers, &patch_block_sums, &patch_totals],
                 None,
             )?,
             trace_corners: compute(&shaders::TRACE_CORNERS_COMP, &all)?,
@@ -219,6 +227,10 @@ impl Triangles {
             quads,
             patch_totals,
             splat_totals,
+            patch_numbers,
+            patch_block_sums,
+            patch_splats,
+            triangle_splats,
             batch,
             batches,
             expected_batches: None,
@@ -427,9 +439,16 @@ impl Triangles {
         clear: bool,
     ) {
         let push = draw_push(light_map);
-        let offset = 4 * u64::from((batch + 1) * ARGUMENT_WORDS + BATCH_DRAW_WORD);
-        let (draw, quads, totals) = (&self.draw, &self.quads, &self.splat_totals);
-        recorder.draw_indexed_indirect(draw, light_map, clear, &push, quads, totals, offset);
+        recorder.draw_vertices(&self.draw, light_map, clear, &push, self.vertices(batch));
+    }
+
+    /// The quads of a batch of triangles.
+    pub fn vertices(&self, batch: u32) -> Vertices<'_> {
+        Vertices::Indexed {
+            indices: &self.quads,
+            arguments: &self.splat_totals,
+            offset: 4 * u64::from((batch + 1) * ARGUMENT_WORDS + BATCH_DRAW_WORD),
+        }
     }
 }
 

@@ -34,7 +34,7 @@ pub struct View {
     /// Linear radiance, W/m²/sr.
     pub image: Image,
     /// Depth at the pixels' centres.
-    depth: Image,
+    pub depth: Image,
     /// Triangles at the samples of a tile of the picture, and their depth.
     samples: [Image; 2],
     /// Luminance of the pixels of a tile that show one mirror or interface, without the detail of textures.
@@ -295,7 +295,7 @@ impl View {
         self.record_listed(recorder, &self.contrast, scene, camera, tile, (0, items));
     }
 
-    fn camera_push(&self, scene: &DeviceScene, camera: &Camera) -> CameraPush {
+    pub fn camera_push(&self, scene: &DeviceScene, camera: &Camera) -> CameraPush {
         let ViewPush {
             eye,
             light_count,

@@ -3,4 +3,6 @@
 pub mod camera;
 pub mod direct;
 pub mod frame;
+pub mod overlay;
+pub mod overlay_frame;
 pub mod work_list;
