@@ -4,7 +4,8 @@
 
 use crate::error::Result;
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, shaders,
+    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
+    shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::constants::{ARGUMENT_WORDS, SPLAT_GROUP, UNITS_WORD, WAVE_WORDS};
@@ -247,7 +248,11 @@ impl Landings {
     /// Draws the mesh footprints of the batch that was projected last into the light maps.
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image) {
         let push = draw_push(light_map);
-        let (draw, quads, arguments) = (&self.draw, &self.quads, &self.arguments);
-        recorder.draw_indexed_indirect(draw, light_map, false, &push, quads, arguments, 0);
+        let vertices = Vertices::Indexed {
+            indices: &self.quads,
+            arguments: &self.arguments,
+            offset: 0,
+        };
+        recorder.draw_vertices(&self.draw, light_map, false, &push, vertices);
     }
 }
