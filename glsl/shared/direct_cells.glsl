@@ -15,14 +15,14 @@ bool is_cell_occluded(DirectCell cell, vec3 x, vec3 n, uint self) {
     return occluded_by(OCCLUDES_ENVIRONMENT, x, s, FAR, self);
 }
 
-// Irradiance from the cells first, first + 1, ... below first + count, with a shadow ray to each.
-vec3 cells_irradiance(vec3 x, vec3 n, uint self, uint first, uint count) {
+// Irradiance from the cells first, first + step, ... below end, times `step`, with a shadow ray to each.
+vec3 cells_irradiance(vec3 x, vec3 n, uint self, uint first, uint step_, uint end) {
     vec3 sum = vec3(0.0);
-    for (uint i = 0; i < count; i++) {
+    for (uint i = first; i < end; i += step_) {
         // Cells below the horizon are passed over in a loop of their own, which costs less than a ray.
-        while (i + 1 < count && dot(n, direct_cell_at(first + i).mean) <= 0.0) i++;
-        DirectCell cell = direct_cell_at(first + i);
+        while (i + step_ < end && dot(n, direct_cell_at(i).mean) <= 0.0) i += step_;
+        DirectCell cell = direct_cell_at(i);
         if (!is_cell_occluded(cell, x, n, self)) sum += open_irradiance(cell, n);
     }
-    return sum;
+    return float(step_) * sum;
 }

@@ -16,7 +16,9 @@ layout(push_constant) uniform DirectPointsPush {
     uint first;          // first one of this range of `traced_points`
     uint end;            // of the range
     uint light_count;
-    uint direct_cell_count; // of a point; 0: no environment
+    uint first_cell;     // environment cells that points have rays to: every cell_step-th before end_cell
+    uint cell_step;
+    uint end_cell;       // 0: no environment
 } push;
 
 #include "trace.glsl"
@@ -60,6 +62,6 @@ void main() {
             sum += light.power * ray_irradiance(light, x, n, self, k, POINT_LIGHT_RAYS) / float(POINT_LIGHT_RAYS);
         }
     }
-    sum += cells_irradiance(x, n, self, DIRECT_CELLS, push.direct_cell_count);
+    sum += cells_irradiance(x, n, self, push.first_cell + index % push.cell_step, push.cell_step, push.end_cell);
     point_light[index] = vec4(sum, 0.0);
 }

@@ -17,6 +17,9 @@ use crate::render::view::work_list::{Items, WorkList};
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Points of meshes with light maps have rays to one of so many of the [`DIRECT_CELLS`], and their neighbours to others.
+const MAPPED_CELL_STEP: u32 = 2;
+
 pub struct Direct {
     open_groups: BoundPipeline,
     environment_rays: BoundPipeline,
@@ -130,8 +133,8 @@ impl Direct {
     /// Maximum number of rays of a texel or point.
     pub fn rays(scene: &DeviceScene) -> u64 {
         let of_light = u64::from(LIGHT_RAYS_SIDE * LIGHT_RAYS_SIDE) + 4;
-        let of_environment = u64::from(POINT_CELLS.max(DIRECT_CELLS / DIRECT_CELLS_STEP))
-            * u64::from(scene.environment.is_present);
+        let of_environment =
+            u64::from(DIRECT_CELLS / MAPPED_CELL_STEP) * u64::from(scene.environment.is_present);
         of_light * u64::from(scene.lights.scene_count) + of_environment
     }
 
@@ -278,19 +281,31 @@ impl Direct {
         recorder.dispatch(pipeline, &push, rect.threads());
     }
 
-    /// Records the irradiance of some points from the environment and the first `light_count` suns and lamps, W/m².
+    /// Records the irradiance of some points, W/m²: from all lights, or on meshes with light maps (`is_mapped`) from the
+    /// environment.
     pub fn record_points(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        light_count: u32,
+        is_mapped: bool,
         points: Range<u32>,
     ) {
+        let [first_cell, cell_step, end_cell] = match (scene.environment.is_present, is_mapped) {
+            (false, _) => [0, 1, 0],
+            (true, false) => [DIRECT_CELLS, 1, DIRECT_CELLS + POINT_CELLS],
+            (true, true) => [0, MAPPED_CELL_STEP, DIRECT_CELLS],
+        };
         let push = DirectPointsPush {
             first: points.start,
             end: points.end,
-            light_count,
-            direct_cell_count: POINT_CELLS * u32::from(scene.environment.is_present),
+            light_count: if is_mapped {
+                0
+            } else {
+                scene.lights.scene_count
+            },
+            first_cell,
+            cell_step,
+            end_cell,
         };
         recorder.dispatch(&self.points, &push, [points.end - points.start, 1, 1]);
     }

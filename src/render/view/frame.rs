@@ -83,22 +83,22 @@ pub fn environment_light(
         "environment points",
         scene,
         direct,
-        (0, mapped),
+        (true, mapped),
         first,
     )
 }
 
-/// Computes the light of the environment and of the first `light_count` suns and lamps at points of meshes.
+/// Computes the light at points of meshes without or with light maps (`is_mapped`).
 fn points_light(
     recorder: &mut Recorder,
     pass: &'static str,
     scene: &DeviceScene,
     direct: &Direct,
-    (light_count, points): (u32, &PointRanges),
+    (is_mapped, points): (bool, &PointRanges),
     first: u64,
 ) -> Result<()> {
     each_range(recorder, pass, points.traced.clone(), first, |r, points| {
-        direct.record_points(r, scene, light_count, points);
+        direct.record_points(r, scene, is_mapped, points);
         next(r);
     })?;
     each_range(
@@ -146,13 +146,12 @@ pub fn direct_light(
         })?;
     }
     let [unmapped, _] = &scene.surfaces.points.ranges;
-    let lights = scene.lights.scene_count;
     points_light(
         recorder,
         "direct points",
         scene,
         direct,
-        (lights, unmapped),
+        (false, unmapped),
         first,
     )?;
     for tile in tiles {
