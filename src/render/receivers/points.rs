@@ -239,7 +239,7 @@ impl MeshPoints {
 
 /// Columns and rows of the points of a lattice with n intervals along an edge, row by row; none where n is 1.
 fn lattice(n: u32) -> impl Iterator<Item = [u32; 2]> {
-    let rows = if n > 1 { 0..=n } else { 1..=0 };
+    let rows = if n > 1 { 0..n + 1 } else { 0..0 };
     rows.flat_map(move |row| (0..=n - row).map(move |column| [column, row]))
 }
 

@@ -68,13 +68,16 @@ pub fn overlays(
     })
 }
 
+/// Draws a batch of splats.
+type Draw<'a> = &'a mut dyn FnMut(&mut Recorder, (usize, u64), Vertices) -> Result<()>;
+
 /// Computes the splats of a caustic, and has every batch drawn: the number of its kind, and of all
 /// pairs of patch and light (1: all splats tile their receiver); and the vertices.
 fn each_batch(
     recorder: &mut Recorder,
     scene: &DeviceScene,
     caustic: &Caustic,
-    draw: &mut dyn FnMut(&mut Recorder, (usize, u64), Vertices) -> Result<()>,
+    draw: Draw,
 ) -> Result<()> {
     match caustic {
         Caustic::Gather { .. } => Ok(()),
