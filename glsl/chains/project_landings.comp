@@ -71,10 +71,8 @@ void main() {
     vec3 occluder = vec3(0.0);
     vec3 occluder_normal = vec3(0.0);
     if (hit.triangle != NO_TRIANGLE) {
-        Triangle triangle = triangle_at(hit.triangle);
         occluder = path.position + hit.distance * path.direction;
-        occluder_normal = normalize(cross(triangle.edge1, triangle.edge2));
-        if (dot(occluder_normal, path.direction) > 0.0) occluder_normal = -occluder_normal;
+        occluder_normal = normal_against(triangle_at(hit.triangle), path.direction);
     }
     for (uint mesh = 0; has_room && mesh < push.mesh_count; mesh++) {
         MeshReceiver receiver = mesh_receivers[mesh];

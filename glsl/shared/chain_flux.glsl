@@ -87,6 +87,12 @@ void count_lost(ChainPath path) {
     count_flux(FLUX_CUT_ROOM, colour_of(path) * path.flux);
 }
 
+// Counts flux of a path that was counted as landed, where there is no room for it.
+void count_no_room_for(ChainPath path, vec3 flux) {
+    count_flux(FLUX_CUT_ROOM, flux);
+    count_flux(landed_entry(path), -flux);
+}
+
 // Counts light that landed on receiver number `receiver`, where there is no room for its footprints from part number `part` on.
 void count_no_room(ChainPath path, ChainHit hit, uint receiver, uint part, uint parts) {
     if (hit.triangle == NO_TRIANGLE || entry_at(path, hit) != landed_entry(path)) return;
@@ -94,15 +100,12 @@ void count_no_room(ChainPath path, ChainHit hit, uint receiver, uint part, uint 
     if (object.is_mesh != 0 || object.receiver != int(receiver)) return;
     vec3 colour = parts == 1 ? colour_of(path) : colour_between(path, float(part) / float(parts), 1.0);
     vec3 flux = colour * flux_after(path, hit.distance);
-    count_flux(FLUX_CUT_ROOM, flux);
-    count_flux(landed_entry(path), -flux);
+    count_no_room_for(path, flux);
 }
 
 // Counts light that landed on a mesh receiver with the path's hit, where there is no room for its footprints.
 void count_no_room_on_meshes(ChainPath path, ChainHit hit) {
     if (hit.triangle == NO_TRIANGLE || entry_at(path, hit) != landed_entry(path)) return;
     if (object_at(triangle_at(hit.triangle).object).is_mesh == 0) return;
-    vec3 flux = colour_of(path) * flux_after(path, hit.distance);
-    count_flux(FLUX_CUT_ROOM, flux);
-    count_flux(landed_entry(path), -flux);
+    count_no_room_for(path, colour_of(path) * flux_after(path, hit.distance));
 }

@@ -178,7 +178,7 @@ const uint DIRECT_CELLS_SIDE = 4;
 const uint DIRECT_CELL_GROUPS = 16;
 // Texels whose neighbours do not stand for them have rays to one of so many cells of a group.
 const uint DIRECT_CELLS_STEP = 4;
-// Parts of the texels of a rect, by their columns and rows modulo 2, which have their rays one after the other.
+// Parts of the blocks of DIRECT_CELLS_SIDE^2 texels of a rect, by columns and rows modulo 2, which have their rays one after the other.
 const uint ENVIRONMENT_PARTS = 4;
 
 // Of the number of a visible triangle: it is seen by rays, since it reflects or refracts.

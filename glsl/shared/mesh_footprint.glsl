@@ -36,8 +36,7 @@ uint project_beam(LightBeam beam, vec3 flux, uint triangle, uint slot) {
         Hit occluder = nearest(beam.start, beam.direction, triangle, OCCLUDES);
         if (occluder.triangle != NO_TRIANGLE) {
             at = beam.start + occluder.distance * beam.direction;
-            occluder_normal = normalize(cross(triangle_at(occluder.triangle).edge1, triangle_at(occluder.triangle).edge2));
-            if (dot(occluder_normal, beam.direction) > 0.0) occluder_normal = -occluder_normal;
+            occluder_normal = normal_against(triangle_at(occluder.triangle), beam.direction);
         }
     }
     uint count = 0;

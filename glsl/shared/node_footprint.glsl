@@ -4,6 +4,12 @@
 // Lower bound on a texel's smaller variance over the larger, for texels seen edge on.
 const float MIN_VARIANCE_RATIO = 1e-3;
 
+// Unit normal of a triangle on the side from which a ray arrives.
+vec3 normal_against(Triangle triangle, vec3 direction) {
+    vec3 normal = normalize(cross(triangle.edge1, triangle.edge2));
+    return dot(normal, direction) > 0.0 ? -normal : normal;
+}
+
 // The footprint on one node. Returns false where the beam misses the node.
 bool project_to_node(MeshReceiver receiver, uvec3 place, LightBeam beam, vec3 flux, vec3 occluder, vec3 occluder_normal, out MeshFootprint footprint) {
     AtlasNode node = node_at(receiver, place);

@@ -120,14 +120,14 @@ impl Recorder {
     }
 
     /// Draws into a color image and a depth image that lie in the same places, one draw after the other: pipeline, push
-    /// constants, number of vertices. In the rectangle `area` (left, top, width, height), numbers are all ones before, light
+    /// constants, what to draw. In the rectangle `area` (left, top, width, height), numbers are all ones before, light
     /// and depths 0. `viewport` maps clip space to texels in the same way.
     pub fn draw_with_depth<P: Pod>(
         &mut self,
         [color, depth]: [&Image; 2],
         area: [u32; 4],
         viewport: [f32; 4],
-        draws: &[(&BoundPipeline, P, u32)],
+        draws: &[(&BoundPipeline, P, Vertices)],
     ) {
         let [x, y, width, height] = area;
         let area = vk::Rect2D {
@@ -146,41 +146,20 @@ impl Recorder {
             min_depth: 0.0,
             max_depth: 1.0,
         };
-        let attachment = |image: &Image, value: vk::ClearValue| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(image.view)
-                .image_layout(vk::ImageLayout::GENERAL)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .clear_value(value)
-        };
         let nothing = match color.texel {
             Texel::Number => vk::ClearColorValue {
                 uint32: [u32::MAX; 4],
             },
             _ => vk::ClearColorValue::default(),
         };
-        let color = [attachment(color, vk::ClearValue { color: nothing })
-            .store_op(vk::AttachmentStoreOp::STORE)];
-        let depth =
-            attachment(depth, vk::ClearValue::default()).store_op(vk::AttachmentStoreOp::STORE);
-        let info = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&color)
-            .depth_attachment(&depth);
-        // SAFETY: a recording command buffer and targets in layout GENERAL.
-        unsafe {
-            (self.device()).cmd_begin_rendering(self.commands, &info);
-            (self.device()).cmd_set_viewport(self.commands, 0, &[viewport]);
-            (self.device()).cmd_set_scissor(self.commands, 0, &[area]);
-        }
-        for (pipeline, push, vertices) in draws {
-            self.use_pipeline(pipeline, push);
-            // SAFETY: pipeline, resources and targets are bound.
-            unsafe { self.device().cmd_draw(self.commands, *vertices, 1, 0, 0) };
-        }
-        // SAFETY: rendering was begun.
-        unsafe { self.device().cmd_end_rendering(self.commands) };
+        let cleared = |image, value| {
+            attachment(image)
+                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .clear_value(value)
+        };
+        let color = cleared(color, vk::ClearValue { color: nothing });
+        let depth = cleared(depth, vk::ClearValue::default());
+        self.draw_into([color, depth], area, viewport, draws);
     }
 
     /// Draws over a color image where the draws are at least as near as what its depth image has: pipeline, push constants
@@ -190,15 +169,19 @@ impl Recorder {
         [color, depth]: [&Image; 2],
         draws: &[(&BoundPipeline, P, Vertices)],
     ) {
-        let attachment = |image: &Image| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(image.view)
-                .image_layout(vk::ImageLayout::GENERAL)
-                .load_op(vk::AttachmentLoadOp::LOAD)
-                .store_op(vk::AttachmentStoreOp::STORE)
-        };
-        let (colors, depth) = ([attachment(color)], attachment(depth));
+        let loaded = |image| attachment(image).load_op(vk::AttachmentLoadOp::LOAD);
         let (area, viewport) = whole(color, 0..color.height);
+        self.draw_into([loaded(color), loaded(depth)], area, viewport, draws);
+    }
+
+    fn draw_into<P: Pod>(
+        &mut self,
+        [color, depth]: [vk::RenderingAttachmentInfo; 2],
+        area: vk::Rect2D,
+        viewport: vk::Viewport,
+        draws: &[(&BoundPipeline, P, Vertices)],
+    ) {
+        let colors = [color];
         let info = vk::RenderingInfo::default()
             .render_area(area)
             .layer_count(1)
@@ -339,6 +322,14 @@ impl Recorder {
         // SAFETY: a new image of this device.
         unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
     }
+}
+
+/// An attachment that is kept.
+fn attachment(image: &Image) -> vk::RenderingAttachmentInfo<'static> {
+    vk::RenderingAttachmentInfo::default()
+        .image_view(image.view)
+        .image_layout(vk::ImageLayout::GENERAL)
+        .store_op(vk::AttachmentStoreOp::STORE)
 }
 
 /// Rows of an image, and the viewport of all of it.

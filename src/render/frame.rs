@@ -17,7 +17,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
-use crate::render::barriers::{LIST_READ, after_draw, next};
+use crate::render::barriers::{ANY, LIST_READ, after_draw, next};
 use crate::render::caustic::Caustic;
 use crate::render::chains::frame::splat_chains;
 use crate::render::device_scene::DeviceScene;
@@ -42,8 +42,6 @@ const FIRST_POINTS: u64 = 1 << 12;
 const CLEAR_BAND: u32 = 1 << 22;
 const DILATE_BAND: u32 = 1 << 21;
 
-/// All accesses to device memory, on either side of a barrier.
-const ANY: Access = Access::ANY_READ.and(Access::ANY_WRITE);
 /// Accesses that write the light maps.
 pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
 

@@ -35,7 +35,7 @@ impl EnvironmentCell {
         let up = DVec3::new(-self.sine * x, cosine, -self.sine * z);
         let [across, along] = self.deviations().map(|deviation| deviation * spread.sqrt());
         gpu_types::Light {
-            place: DVec3::new(cosine * x, self.sine, cosine * z).as_vec3(),
+            place: self.direction(rotation).as_vec3(),
             // The radius of the disc with this variance.
             size: (2.0 * (across * across + along * along)).sqrt() as f32,
             power: scale * self.irradiance.as_vec3(),
@@ -47,14 +47,11 @@ impl EnvironmentCell {
         }
     }
 
-    /// Unit vector toward the cell's centre, in an environment that is not turned.
-    pub fn direction(&self) -> DVec3 {
+    /// Unit vector toward the cell's centre. `rotation` in rad.
+    pub fn direction(&self, rotation: f32) -> DVec3 {
+        let azimuth = self.azimuth + f64::from(rotation);
         let cosine = (1.0 - self.sine * self.sine).max(0.0).sqrt();
-        DVec3::new(
-            cosine * self.azimuth.sin(),
-            self.sine,
-            -cosine * self.azimuth.cos(),
-        )
+        DVec3::new(cosine * azimuth.sin(), self.sine, -cosine * azimuth.cos())
     }
 
     /// The cell as a source of direct light. The shadow ray goes to `place`, from −1 to 1 across and up.

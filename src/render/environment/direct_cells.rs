@@ -43,7 +43,7 @@ impl DirectCells {
             let counts = [DIRECT_CELLS, POINT_CELLS].map(|count| count as usize);
             self.cells = divide_by_flux(light.map, counts);
             for (cells, count) in self.cells.iter_mut().zip(counts) {
-                gather(cells, count);
+                order_by_place(cells, count);
             }
         }
         let mut all = Vec::new();
@@ -60,20 +60,20 @@ impl DirectCells {
 }
 
 /// Orders cells so that each half of `count` of them is close together, and each half of these, and so on.
-fn gather(cells: &mut [EnvironmentCell], count: usize) {
+fn order_by_place(cells: &mut [EnvironmentCell], count: usize) {
     if cells.len() < 2 {
         return;
     }
     let extent = |axis: usize| {
-        let places = || cells.iter().map(|cell| cell.direction()[axis]);
+        let places = || cells.iter().map(|cell| cell.direction(0.0)[axis]);
         places().fold(f64::MIN, f64::max) - places().fold(f64::MAX, f64::min)
     };
     let widest = (0..3).max_by(|&a, &b| extent(a).total_cmp(&extent(b)));
     let axis = widest.expect("three axes");
-    cells.sort_by(|a, b| a.direction()[axis].total_cmp(&b.direction()[axis]));
+    cells.sort_by(|a, b| a.direction(0.0)[axis].total_cmp(&b.direction(0.0)[axis]));
     let (low, high) = cells.split_at_mut((count / 2).min(cells.len()));
-    gather(low, count / 2);
-    gather(high, count / 2);
+    order_by_place(low, count / 2);
+    order_by_place(high, count / 2);
 }
 
 /// Place of the shadow ray of a cell, from −1 to 1 across and up. Rays to the centres would be in rows, and edges along these

@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::gpu::{
     BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, Shader, Texel, Topology,
-    shaders,
+    Vertices, shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
@@ -179,14 +179,14 @@ impl View {
         (first, [width, height]): ViewTile,
     ) {
         let push = self.camera_push(scene, camera);
-        let all = 3 * scene.geometry.store.triangles.len() as u32;
+        let all = Vertices::Count(3 * scene.geometry.store.triangles.len() as u32);
         let counts = scene.surfaces.drawn_counts;
         let drawn = |kind: usize| {
             let first = counts[..kind].iter().sum();
             (
                 &self.surfaces[kind],
                 CameraPush { first, ..push },
-                3 * counts[kind],
+                Vertices::Count(3 * counts[kind]),
             )
         };
         let draws = [
@@ -194,7 +194,7 @@ impl View {
             drawn(0),
             drawn(1),
             drawn(2),
-            (&self.background, push, 3),
+            (&self.background, push, Vertices::Count(3)),
         ];
         let [across, down] = self.size().map(|pixels| pixels as f32);
         recorder.draw_with_depth(
@@ -217,7 +217,7 @@ impl View {
         let [x, y] = (-(self.side as f32) * first.as_vec2()).to_array();
         let [across, down] = self.size().map(|pixels| (self.side * pixels) as f32);
         let [width, height] = size.map(|pixels| self.side * pixels);
-        let all = 3 * scene.geometry.store.triangles.len() as u32;
+        let all = Vertices::Count(3 * scene.geometry.store.triangles.len() as u32);
         recorder.draw_with_depth(
             self.samples.each_ref(),
             [0, 0, width, height],

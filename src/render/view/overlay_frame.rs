@@ -7,6 +7,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Access, Recorder, Vertices};
+use crate::render::barriers::ANY;
 use crate::render::caustic::Caustic;
 use crate::render::device_scene::DeviceScene;
 use crate::render::lights::Source;
@@ -15,8 +16,6 @@ use crate::render::view::camera::View;
 use crate::render::view::overlay::Overlays;
 use crate::scene::Camera;
 
-/// All accesses to device memory, on either side of a barrier.
-const ANY: Access = Access::ANY_READ.and(Access::ANY_WRITE);
 /// Writes of the draws of overlays.
 const WRITTEN: Access = Access::BLEND.and(Access::DRAW);
 /// Points of a first submission, before the speed of the device is known.
