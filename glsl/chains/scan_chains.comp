@@ -6,9 +6,9 @@
 
 layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
-// A VkDispatchIndirectCommand with a thread for each path of the wave, the number of landings of earlier waves, two unused words, the number of paths of the wave, the
-// number of footprints of earlier waves, that of paths for which there was no room, and a VkDrawIndexedIndirectCommand of the
-// footprints where each path of the wave has one.
+// A VkDispatchIndirectCommand with a thread for each path of the wave, the number of landings of earlier waves, two unused words, the
+// number of paths of the wave, the number of footprints of earlier waves, that of paths for which there was no room, and a
+// VkDrawIndexedIndirectCommand of the footprints where each path of the wave has one.
 layout(std430, binding = 1) readonly buffer Waves { uint waves[]; };
 layout(std430, binding = 2) writeonly buffer NextWaves { uint next_waves[]; };
 layout(std430, binding = 3) buffer LandingSums { uvec2 landing_sums[]; };

@@ -27,6 +27,10 @@ layout(push_constant) uniform DirectEnvironmentPush {
 // Columns and rows of the blocks of each part, modulo 2: the second part is diagonally between blocks of the first.
 const uvec2 BLOCKS_OF_PARTS[ENVIRONMENT_PARTS] = { uvec2(0, 0), uvec2(1, 1), uvec2(1, 0), uvec2(0, 1) };
 
+// Blocks around a block: those before the second part, and those before the last two parts.
+const ivec2 DIAGONAL[4] = { ivec2(-1, -1), ivec2(1, -1), ivec2(-1, 1), ivec2(1, 1) };
+const ivec2 BESIDE[4] = { ivec2(0, 1), ivec2(1, 0), ivec2(0, -1), ivec2(-1, 0) };
+
 void main() {
     DiffuseSurface surface = surface_at(push.surface);
     PlanarReceiver plane = plane_of(surface);
@@ -43,9 +47,7 @@ void main() {
     vec3 x = from_texels(plane, vec2(tile) + (vec2(texel) + 0.5) * float(surface.environment_scale));
     Shadows around = Shadows(ALL_GROUPS, 0, 0);
     for (int i = 0; i < 4 && push.part > 0; i++) {
-        ivec2 toward = ivec2(i % 2, i / 2);
-        ivec2 step_ = push.part == 1 ? 2 * toward - 1 : (1 - 2 * toward.y) * ivec2(toward.x, 1 - toward.x);
-        ivec2 at = ivec2(texel) + int(DIRECT_CELLS_SIDE) * step_;
+        ivec2 at = ivec2(texel) + int(DIRECT_CELLS_SIDE) * (push.part == 1 ? DIAGONAL[i] : BESIDE[i]);
         bool is_inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size));
         if (is_inside) include(around, texelFetch(known_rays, tile + at, 0).a);
     }

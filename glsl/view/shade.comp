@@ -51,7 +51,8 @@ void add_light(inout Seen sum, vec3 light, vec3 albedo, vec3 mean_albedo_) {
     sum.untextured += luminance(light * mean_albedo_);
 }
 
-// What arrives at the camera from `direction`, where the first triangle is known, as light of one wavelength finds its way. `spread` is the angle of a sample, rad.
+// What arrives at the camera from `direction`, where the first triangle is known, as light of one wavelength finds its way. `spread`
+// is the angle of a sample, rad.
 Seen traced(vec3 direction, uint first, float spread) {
     Seen sum = Seen(vec3(0.0), 0.0);
     Ray ray = Ray(push.eye, NO_TRIANGLE, direction, 0, vec3(1.0), uvec2(0), Cone(0.0, spread));

@@ -8,10 +8,11 @@
 //! The casters' triangles are facets. facet flux computes the light that each facet sends to the receivers. By this flux, count
 //! divides facets into patches, the paper's sample points, and trace tests the visibility of their corners. Each patch is a
 //! pinhole camera: project computes the image of a light on a receiver, in as many splats as it needs. splat adds the splats
-//! to the light maps, wide ones to coarser levels, which resolve adds to the finer ones. Chains are light that meets several specular surfaces: pilot finds how many rays
-//! they need, trace follows a wave of rays to the next surface, emit writes the next wave and the splats, and finish follows
-//! the remaining rays to their end; chains/frame.rs lists their passes. For suns and lamps on mesh receivers, sample makes patches of even size; environment cells
-//! are projected by patch clusters. compact lists the splats of both. The method `pinhole` gathers over the patches of sample
+//! to the light maps, wide ones to coarser levels, which resolve adds to the finer ones. Chains are light that meets several
+//! specular surfaces: pilot finds how many rays they need, trace follows a wave of rays to the next surface, emit writes the
+//! next wave and the splats, and finish follows the remaining rays to their end; chains/frame.rs lists their passes. For suns
+//! and lamps on mesh receivers, sample makes patches of even size; environment cells are projected by patch clusters. compact
+//! lists the splats of both. The method `pinhole` gathers over the patches of sample
 //! at every texel instead, as the paper does, and `points` splats single texels. view/frame.rs continues with direct light and
 //! the camera's picture.
 

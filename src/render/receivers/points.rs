@@ -64,12 +64,8 @@ impl PointLists {
         for (&[a, b, c], &n) in mesh.triangles.iter().zip(divisions) {
             for [column, row] in lattice(n) {
                 let diagonal = n - column - row;
-                let corner = match n {
-                    _ if column == n => Some(b),
-                    _ if row == n => Some(c),
-                    _ if diagonal == n => Some(a),
-                    _ => None,
-                };
+                let corners = [(diagonal, a), (column, b), (row, c)];
+                let corner = corners.into_iter().find(|(share, _)| *share == n);
                 let edge = match (column, row, diagonal) {
                     (_, 0, _) => Some((a, b, column)),
                     (0, _, _) => Some((a, c, row)),
@@ -77,7 +73,7 @@ impl PointLists {
                     _ => None,
                 };
                 let source = match (corner, edge) {
-                    (Some(corner), _) => first + corner,
+                    (Some((_, corner)), _) => first + corner,
                     (_, Some((u, v, place))) => {
                         let key = match u < v {
                             true => ([u, v], n, place),
@@ -121,26 +117,22 @@ impl MeshPoints {
         let unmapped_objects = objects.len();
         objects.extend(meshes(true).filter(|_| has_environment));
         let (mut lists, mut divisions, mut count) = (PointLists::default(), Vec::new(), 0);
-        let mut ranges: [PointRanges; 2] = Default::default();
-        for (index, &object) in objects.iter().enumerate() {
-            let mesh = scene.objects[object].geometry.mesh();
-            let is_mapped = index >= unmapped_objects;
-            let of_mesh = match is_mapped {
-                true => divide(&mesh, POINTS_OF_MAPPED_MESH),
-                false => divide(&mesh, POINTS_OF_MESH),
-            };
-            count = lists.add(&mesh, &of_mesh, count);
-            divisions.extend(of_mesh);
+        let (unmapped, mapped) = objects.split_at(unmapped_objects);
+        let kinds = [(unmapped, POINTS_OF_MESH), (mapped, POINTS_OF_MAPPED_MESH)];
+        let ranges = kinds.map(|(objects, points)| {
             let [traced, copies] = lists.lengths();
-            let first = match is_mapped {
-                true => ranges[0].clone(),
-                false => PointRanges::default(),
-            };
-            ranges[usize::from(is_mapped)] = PointRanges {
-                traced: first.traced.end..traced,
-                copies: first.copies.end..copies,
-            };
-        }
+            for &object in objects {
+                let mesh = scene.objects[object].geometry.mesh();
+                let of_mesh = divide(&mesh, points);
+                count = lists.add(&mesh, &of_mesh, count);
+                divisions.extend(of_mesh);
+            }
+            let ends = lists.lengths();
+            PointRanges {
+                traced: traced..ends[0],
+                copies: copies..ends[1],
+            }
+        });
         let count = count as usize;
         let buffer = |name, count: usize, element: usize| {
             Buffer::new(context, name, (count * element) as u64)

@@ -1,9 +1,10 @@
 //! The frame of the view: every pass and every barrier, in order, after those of render/frame.rs.
 //!
 //! ```text
-//! open groups ─► environment rays ─► smooth environment ─► sharp environment     direct light of the environment, where it or geometry changed
+//! open groups ─► environment rays ─► smooth environment ─► sharp environment ─► environment points ─► copy points
+//!                                                          direct light of the environment, where it or geometry changed
 //!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► penumbra
-//!          ─► direct points ─► direct atlas ─► dilate                                   direct light, where the scene changed
+//!          ─► direct points ─► copy points ─► direct atlas ─► dilate                    direct light, where the scene changed
 //!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
 //! ```
 
