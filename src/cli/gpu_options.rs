@@ -109,7 +109,7 @@ fn area_parser() -> impl TypedValueParser<Value = Area> {
 }
 
 /// Accepts the names of `values`. The library does not know clap, so its enums do not derive `ValueEnum`.
-fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+pub(super) fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     values: [T; N],
     name: fn(T) -> &'static str,
     help: fn(T) -> &'static str,

@@ -1,9 +1,9 @@
 //! `nephroid render`: the camera's view.
 
 use super::files::{Files, has_extension, radiance_comment};
-use super::gpu_options::{GpuOptions, Job};
+use super::gpu_options::{GpuOptions, Job, one_of};
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use nephroid::image_file::{RgbImage, write_exr, write_png};
 use nephroid::render::{Overlay, Renderer, ViewMemory};
 use nephroid::scene::Scene;
@@ -30,14 +30,8 @@ pub struct Arguments {
     gpu: GpuOptions,
 }
 
-/// The names of the overlays.
 fn overlay_parser() -> impl TypedValueParser<Value = Overlay> {
-    PossibleValuesParser::new(Overlay::ALL.map(Overlay::name)).map(|name| {
-        let found = Overlay::ALL
-            .into_iter()
-            .find(|overlay| overlay.name() == name);
-        found.expect("a possible value")
-    })
+    one_of(Overlay::ALL, Overlay::name, Overlay::about)
 }
 
 /// Width and height of a picture, in pixels.

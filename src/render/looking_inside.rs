@@ -35,8 +35,7 @@ impl Renderer {
     /// The overlays are bound to buffers of a caustic that is replaced, or are no longer shown.
     pub(super) fn drop_overlays(&mut self) {
         if let Some(replaced) = self.overlays.take() {
-            let frames = self.settings.frames_in_flight.max(1);
-            (self.retired).push_back((frames, None, None, Some(replaced)));
+            self.keep(replaced);
         }
     }
 

@@ -57,6 +57,7 @@ use crate::render::view::direct::Direct;
 use crate::render::view::overlay::Overlays;
 use crate::scene::{Camera, Scene};
 use ash::vk;
+use std::any::Any;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -73,7 +74,7 @@ pub struct ViewMemory {
 }
 
 /// Stages that frames in flight may still use, with the number of frames for which they must be kept.
-type Retired = (u32, Option<Caustic>, Option<View>, Option<Overlays>);
+type Retired = (u32, Box<dyn Any + Send + Sync>);
 
 /// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
@@ -231,6 +232,12 @@ impl Renderer {
         })
     }
 
+    /// Keeps stages that were replaced until no frame in flight uses them.
+    fn keep(&mut self, stages: impl Any + Send + Sync) {
+        let frames = self.settings.frames_in_flight.max(1);
+        self.retired.push_back((frames, Box::new(stages)));
+    }
+
     /// Drops the stages that no frame in flight uses.
     fn retire(&mut self) {
         self.retired
@@ -273,8 +280,7 @@ impl Renderer {
             })?;
             self.drop_overlays();
             let replaced = std::mem::replace(&mut self.caustic, stages);
-            let frames = self.settings.frames_in_flight.max(1);
-            self.retired.push_back((frames, Some(replaced), None, None));
+            self.keep(replaced);
         }
         self.update_time = start.elapsed();
         Ok(())
@@ -444,10 +450,8 @@ impl Renderer {
         if !self.view.as_ref().is_some_and(is_same) {
             let maps = [&self.light_map, &self.direct.map];
             let view = View::new(&self.context, &mut self.scene, maps, size, side)?;
-            let frames = self.settings.frames_in_flight.max(1);
-            let replaced = self.view.replace(view);
-            if replaced.is_some() {
-                self.retired.push_back((frames, None, replaced, None));
+            if let Some(replaced) = self.view.replace(view) {
+                self.keep(replaced);
             }
         }
         Ok(())

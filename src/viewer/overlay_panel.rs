@@ -3,32 +3,13 @@
 use egui::Ui;
 use nephroid::render::Overlay;
 
-/// A sentence on an overlay.
-fn about(overlay: Overlay) -> &'static str {
-    match overlay {
-        Overlay::Patches => {
-            "Outlines on the casters: lit patches, orange where shadows cross them, grey without light; green: patches of even size and patch clusters"
-        }
-        Overlay::Footprints => {
-            "Outlines of the splats on planar receivers: triangles, and kernels in pink"
-        }
-        Overlay::Density => {
-            "Splats per texel: blue 1, teal 8, green 64, orange 512, white 4096 and more"
-        }
-        Overlay::Texels => {
-            "Texels of the light maps, and in other colours those of coarser levels with splats"
-        }
-        Overlay::Cells => "Environment cells, orange those that act as suns",
-    }
-}
-
 /// A box for each overlay.
 pub fn overlays(ui: &mut Ui, shown: &mut Vec<Overlay>) {
     for overlay in Overlay::ALL {
         let mut is_shown = shown.contains(&overlay);
         if ui
             .checkbox(&mut is_shown, overlay.name())
-            .on_hover_text(about(overlay))
+            .on_hover_text(overlay.about())
             .changed()
         {
             set(shown, overlay, is_shown);

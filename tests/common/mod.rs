@@ -16,7 +16,7 @@ use nephroid::measure;
 use nephroid::reference::{Options, Reference, caustic};
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::{
-    self, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Similarity,
+    self, Atlas, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Similarity, Texel,
 };
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -459,4 +459,12 @@ pub fn program() -> std::process::Command {
         });
     }
     command
+}
+
+/// The texels of the light map of a mesh, and the layout that they are from.
+pub fn texels(scene: &Scene, name: &str) -> (Atlas, Vec<Texel>) {
+    let object = &scene.objects[scene.object_index(name).unwrap()];
+    let (atlas, _) = Atlas::of(object, object.light_map.unwrap()).unwrap();
+    let texels = atlas.texels(&object.geometry.mesh());
+    (atlas, texels)
 }

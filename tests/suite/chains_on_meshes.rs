@@ -3,16 +3,15 @@
 use crate::common::glass::block;
 use crate::common::{
     Device, assert_error_beyond_noise, assert_physical, brighter, flux_noise, footprint, image, l1,
-    l1_noise, load_with_chains, moved, object_mut, options, solve, with_sun_of,
+    l1_noise, load_with_chains, moved, object_mut, options, solve, texels, with_sun_of,
 };
+use crate::flux_balance::assert_adds_up;
 use glam::{DVec2, DVec3};
 use nephroid::image_file::RgbImage;
 use nephroid::optics::fresnel_dielectric;
 use nephroid::reference;
 use nephroid::render::{Renderer, Settings};
-use nephroid::scene::{
-    Atlas, Geometry, LightKind, MaterialKind, Mesh, Object, Scene, Texel, Unwrapping,
-};
+use nephroid::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene, Texel, Unwrapping};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -74,13 +73,6 @@ fn with_receivers(name: &str, receivers: Vec<Mesh>, replaces_floor: bool) -> Sce
         scene.objects.push(receiver(&name, mesh, material, SIZE));
     }
     scene
-}
-
-fn texels(scene: &Scene, name: &str) -> (Atlas, Vec<Texel>) {
-    let object = &scene.objects[scene.object_index(name).unwrap()];
-    let (atlas, _) = Atlas::of(object, object.light_map.unwrap()).unwrap();
-    let texels = atlas.texels(&object.geometry.mesh());
-    (atlas, texels)
 }
 
 /// W, in green.
@@ -276,10 +268,7 @@ fn the_balance_of_flux_has_it() {
         };
         let mut renderer = Device::open().renderer(&scene, &settings);
         let balance = renderer.flux_balance().unwrap().expect("chains");
-        for channel in 0..3 {
-            let sum = balance.outgoing()[channel] / balance.incoming[channel];
-            assert!((sum - 1.0).abs() < 1e-5, "{name}: {sum}");
-        }
+        assert_adds_up(name, &balance);
         for surfaces in [1, 2] {
             let [found, exact] = [&balance, &truth].map(|of| of.share(of.landed[surfaces]));
             println!(

@@ -41,8 +41,9 @@ fn maps(renderer: &mut Renderer, scene: &Scene) -> Vec<[f32; 3]> {
         .collect()
 }
 
+/// Where light ends adds up to the light that comes in.
 #[track_caller]
-fn assert_adds_up(name: &str, balance: &FluxBalance) {
+pub fn assert_adds_up(name: &str, balance: &FluxBalance) {
     let [incoming, outgoing] = [balance.incoming, balance.outgoing()];
     for channel in 0..3 {
         let sum = outgoing[channel] / incoming[channel];

@@ -3,13 +3,13 @@
 
 use crate::common::{
     Device, assert_error, assert_error_beyond_noise, assert_physical, brighter, flux_noise,
-    footprint, image, l1, l1_noise, load, method, object_mut, options, refuses, solve,
+    footprint, image, l1, l1_noise, load, method, object_mut, options, refuses, solve, texels,
 };
 use glam::{DMat3, DVec2, DVec3};
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Renderer};
 use nephroid::scene::{
-    Atlas, Geometry, LightKind, Mesh, Object, Rect, Scene, Similarity, Texel, Unwrapping,
+    Geometry, LightKind, Mesh, Object, Rect, Scene, Similarity, Texel, Unwrapping,
 };
 use std::f64::consts::{PI, SQRT_2, TAU};
 use std::fs;
@@ -117,16 +117,6 @@ fn sheet() -> Mesh {
         (at(u, v), along_u.cross(along_v).normalize())
     });
     mesh
-}
-
-fn texels(scene: &Scene, name: &str) -> (Atlas, Vec<Texel>) {
-    let object = &scene.objects[scene.object_index(name).unwrap()];
-    let Geometry::Mesh(mesh) = &object.geometry else {
-        panic!("{name} is no mesh");
-    };
-    let (atlas, _) = Atlas::of(object, object.light_map.unwrap()).unwrap();
-    let texels = atlas.texels(mesh);
-    (atlas, texels)
 }
 
 /// W, in red.

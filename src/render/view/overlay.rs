@@ -54,6 +54,25 @@ impl Overlay {
             Self::Cells => "cells",
         }
     }
+
+    /// What it shows, for lists of overlays.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Patches => {
+                "Outlines on the casters: lit patches, orange where shadows cross them, grey without light; green: patches of even size and patch clusters"
+            }
+            Self::Footprints => {
+                "Outlines of the splats on planar receivers: triangles, and kernels in pink"
+            }
+            Self::Density => {
+                "Splats per texel: blue 1, teal 8, green 64, orange 512, white 4096 and more"
+            }
+            Self::Texels => {
+                "Texels of the light maps, and in other colours those of coarser levels with splats"
+            }
+            Self::Cells => "Environment cells, orange those that act as suns",
+        }
+    }
 }
 
 /// The pipelines of the overlays that are shown, bound to the buffers of a caustic.
