@@ -60,6 +60,8 @@ const float KERNEL_SPREAD = 1.5;
 // A splat is drawn as the triangle around it where that has less than this area of its bounding rectangle: one triangle
 // costs less than two.
 const float MAX_AREA = 1.5;
+// Texels over which a thin triangle is normalised, at most.
+const float MAX_SUMMED_TEXELS = 1024.0;
 // Variance of a light's image below which a texel alone gives the profile, texels^2.
 const float MIN_DISC = 0.01;
 
@@ -86,14 +88,19 @@ bool set_bounds(inout TriangleSplat splat, SplatLevel level, vec2 centre, vec2 l
     return all(lessThan(splat.lower, splat.upper));
 }
 
-// Whether a kernel stands for the image. `elements` are its area elements.
-bool needs_kernel(CellImage image, vec3 elements, float height, float facet_height) {
+// Whether the image is thin at a fold. `elements` are its area elements.
+bool is_thin_fold(CellImage image, vec3 elements, float height, float facet_height) {
     float blur = blur_side(image);
     float most = max(max(elements.x, elements.y), elements.z);
     float least = min(min(elements.x, elements.y), elements.z);
     float mean = abs(elements.x + elements.y + elements.z) / 3.0;
     bool is_fold = facet_height < KERNEL_HEIGHT * blur || (most - least) * blur > KERNEL_CHANGE * mean * height;
-    return is_fold && height < KERNEL_HEIGHT * blur && dot(image.of_light[0], image.of_light[0]) > MIN_DISC;
+    return is_fold && height < KERNEL_HEIGHT * blur;
+}
+
+// Whether a kernel stands for an image that is thin at a fold.
+bool needs_kernel(CellImage image) {
+    return dot(image.of_light[0], image.of_light[0]) > MIN_DISC;
 }
 
 // Relative irradiance at the corners, from the area elements there: flux is conserved, so irradiance is the cosine over the
@@ -199,9 +206,22 @@ bool is_small_around(vec2 q[3], mat2 blur, TriangleSplat splat, SplatLevel level
     return all(greaterThanEqual(low, tile_low)) && all(lessThanEqual(high, tile_high)) && doubled < 2.0 * MAX_AREA * box.x * box.y;
 }
 
-// The image as a triangle, blurred by a parallelogram. Returns whether it lights the receiver's texels; `level` is the
-// level that they belong to.
-bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
+// Sum of the shares that a blurred triangle has in the texels of a rectangle, whose first texel has its centre at `first`; 0 if these
+// are too many.
+float sum_of_shares(vec2 q[3], mat2 to_box, vec2 first, vec2 size) {
+    float sum = 0.0;
+    for (float y = 0.0; y < (size.x * size.y <= MAX_SUMMED_TEXELS ? size.y : 0.0); y += 1.0) {
+        for (float x = 0.0; x < size.x; x += 1.0) {
+            vec2 centre = to_box * (first + vec2(x, y));
+            sum += share_in_square(q[0] - centre, q[1] - centre, q[2] - centre);
+        }
+    }
+    return sum;
+}
+
+// The image as a triangle, blurred by a parallelogram. `is_thin`: it is normalised over the texels that it touches. Returns whether it
+// lights the receiver's texels; `level` is the level that they belong to.
+bool triangle_splat(CellImage image, vec3 elements, float height, bool is_thin, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
     SplatLevel target = splat_level(receiver, narrow_variance(image.blur));
     level = target.level;
     mat2 blur = blur_box((image.blur - target.variance * vec3(1.0, 0.0, 1.0)) * (target.scale * target.scale));
@@ -221,12 +241,21 @@ bool triangle_splat(CellImage image, vec3 elements, float height, PlanarReceiver
     widen(q, density);
     if (splat.slant == vec2(0.0) && is_small_around(q, blur, splat, target)) splat.upper = vec2(AS_TRIANGLE);
     float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]);
+    float flux_area = area * abs(determinant(blur));
+    if (is_thin && splat.slant == vec2(0.0) && image.of_light[0] != vec2(0.0)) {
+        // The parallelogram covers the texels evenly only in the mean: in a line of light along rows or columns, two rows of
+        // parallelograms may overlap, or none lie there.
+        vec2 first = floor(min(min(corners[0], corners[1]), corners[2]) - beyond + 0.5) + 0.5;
+        vec2 box = ceil(max(max(corners[0], corners[1]), corners[2]) + beyond - 0.5) - first;
+        float sum = sum_of_shares(q, to_box, first - splat.origin, box);
+        if (sum > 0.0) flux_area = sum;
+    }
     splat.to_box = vec4(to_box[0], to_box[1]);
     splat.corners01 = vec4(q[0], q[1]);
     splat.corner2 = q[2];
     splat.density12 = density.yz;
     splat.density0 = density.x;
-    splat.irradiance = image.flux / (area * abs(determinant(blur)) * target.area);
+    splat.irradiance = image.flux / (flux_area * target.area);
     return true;
 }
 
@@ -244,10 +273,11 @@ bool project(Surface surface, Cell cell, Light light, uint index, float eta, boo
     float height = height_of(image);
     int level;
     vec3 elements = area_elements(image);
-    if (needs_kernel(image, elements, height, facet_height)) {
+    bool is_thin = is_thin_fold(image, elements, height, facet_height);
+    if (is_thin && needs_kernel(image)) {
         if (!kernel_splat(image, receiver, splat, level)) return false;
     } else {
-        if (!triangle_splat(image, elements, height, receiver, splat, level)) return false;
+        if (!triangle_splat(image, elements, height, is_thin, receiver, splat, level)) return false;
         if (AREA_BY_PRODUCT) splat.irradiance *= product_over_area(surface, cell, image);
     }
     if (level > 0) atomicOr(coarse[index], 1u << level);
