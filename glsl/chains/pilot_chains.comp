@@ -1,5 +1,5 @@
-// pilot chains: follows the rays of the lattices before their refinement, along one lobe of every surface, chosen in proportion to
-// its light. What lands says how fine a lattice is to be.
+// pilot chains: follows a ray through every cell of the lattices, along one lobe of every surface, chosen in proportion to its light.
+// What lands says how fine the cells are to be.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -28,13 +28,20 @@ layout(std430, binding = 9) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]
 #include "light_axes.glsl"
 #include "chain.glsl"
 #include "lattice_ray.glsl"
+#include "ray_cells.glsl"
 #include "chain_changes.glsl"
 #include "light_beam.glsl"
 #include "chain_landing.glsl"
 
+// Where a pilot ray ends.
+struct PilotEnd {
+    vec3 place;
+    float blur;   // standard deviation of the light's image and of a texel there, m
+};
+
 // The first receiver that the path's light lands on. Returns false where it lands on none. `finest`: spacing of the lattice after all
 // refinements over that before.
-bool land_on(ChainPath path, ChainHit hit, float finest, inout PilotRay ray) {
+bool land_on(ChainPath path, ChainHit hit, float finest, inout PilotRay ray, inout PilotEnd end) {
     for (uint index = 0; index < push.receiver_count; index++) {
         PlanarReceiver receiver = planar_receiver_at(index);
         float distance_;
@@ -42,6 +49,8 @@ bool land_on(ChainPath path, ChainHit hit, float finest, inout PilotRay ray) {
         if (!lands_on(path, hit, receiver, distance_, place)) continue;
         ray.flux = dot(flux_after(path, distance_), vec3(1.0 / 3.0));
         ray.receiver = index;
+        end.place = path.position + distance_ * path.direction;
+        end.blur += sqrt(texel_area(receiver) / 12.0);
         Landing landing;
         if (DISPERSES && land(path, hit, receiver, index, landing)) {
             landing.of_cell *= finest;
@@ -53,30 +62,66 @@ bool land_on(ChainPath path, ChainHit hit, float finest, inout PilotRay ray) {
         uint mesh = uint(object_at(triangle_at(hit.triangle).object).receiver);
         ray.flux = dot(flux_after(path, hit.distance), vec3(1.0 / 3.0));
         ray.receiver = push.receiver_count + mesh;
+        end.place = path.position + hit.distance * path.direction;
         if (DISPERSES) ray.dispersed = dispersion_on(mesh_receivers[mesh], path, hit, finest);
         return true;
     }
     return false;
 }
 
-void main() {
-    uint index = thread_index();
-    if (index >= push.pilot_count) return;
+// Follows a ray to where it lands. Rays with the same `seed` choose the same lobes.
+PilotRay follow(ChainPath path, uint seed, float finest, out PilotEnd end) {
     PilotRay ray = PilotRay(0.0, 0, 0, 0.0);
-    ChainPath path = ray_of_lattice(index);
-    float finest = 1.0;
-    if (DISPERSES) finest = exp2(-float(lattice_of(index).refinements));
+    end = PilotEnd(vec3(0.0), 0.0);
+    Light light = light_at(light_of(path));
+    float deviation = 0.0; // of the light's directions at the first surface, rad
     for (;;) {
         ChainHit hit = hit_of(path);
         ray.interfaces = interfaces_of(path);
-        if (!is_first(path) && land_on(path, hit, finest, ray)) break;
+        if (is_first(path)) {
+            vec3 a, b;
+            light_axes(light, disc_at(light, path.position + hit.distance * path.direction), a, b);
+            deviation = max(length(a), length(b));
+        } else {
+            end.blur += hit.distance * deviation;
+            if (land_on(path, hit, finest, ray, end)) break;
+        }
         Interaction at;
         if (ray.interfaces >= push.max_interfaces || !interact(path, hit, at)) break;
         Lobe lobe;
         bool refracts;
-        if (!choose_lobe(path, at, choice(index, ray.interfaces), lobe, refracts)) break;
+        if (!choose_lobe(path, at, choice(seed, ray.interfaces), lobe, refracts)) break;
         if (DISPERSES) path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
         else path = next_ray(path, hit, at, lobe, refracts);
     }
+    return ray;
+}
+
+void main() {
+    uint index = thread_index();
+    if (index >= push.pilot_count) return;
+    ChainLattice lattice = lattices[lattice_of(index)];
+    uint cell = index - lattice.first;
+    vec2 place = vec2(cell % lattice.columns, cell / lattice.columns) + WITHIN_CELL;
+    float finest = exp2(-float(lattice.refinements));
+    PilotEnd end;
+    PilotRay ray = follow(ray_at(lattice, place, uvec2(0)), index, finest, end);
+    // The rays beside it in the refined lattice. Where they take another way, or their ends are not evenly spaced, the footprint of the
+    // ray stands for light that lands elsewhere. Along one axis for even cells, and along the other for odd ones.
+    vec2 beside = (cell / lattice.columns + cell) % 2 == 0 ? vec2(finest, 0.0) : vec2(0.0, finest);
+    PilotEnd ends[2];
+    uint agree = 0;
+    for (int i = 0; i < (ray.interfaces > 1 && ray.flux != 0.0 ? 2 : 0); i++) {
+        PilotEnd other_end;
+        PilotRay other = follow(ray_at(lattice, place + (i == 0 ? beside : -beside), uvec2(0)), index, finest, other_end);
+        if (i == 0) ends[0] = other_end; else ends[1] = other_end;
+        if (other.interfaces == ray.interfaces && other.flux != 0.0 && other.receiver == ray.receiver) agree++;
+    }
+    float incoherent = 1.0;
+    if (agree == 2) {
+        float uneven = 0.5 * length(ends[0].place + ends[1].place - 2.0 * end.place);
+        incoherent = uneven / max(uneven, sqrt(12.0) * end.blur + 0.5 * distance(ends[0].place, ends[1].place));
+    }
+    ray.interfaces = pack_pilot(ray.interfaces, incoherent);
     pilot_rays[index] = ray;
 }

@@ -1,143 +1,159 @@
-// plan chains: refines each lattice as far as its share of the light asks for.
+// plan chains: chooses how fine each lattice is to be, and estimates the error that this leaves on each receiver.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
 layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) readonly buffer Lattices { ChainLattice lattices[]; };
-PILOT_RAYS(1)
-layout(std430, binding = 2) buffer Refined { ChainLattice refined[]; };
-layout(std430, binding = 3) buffer Waves { uint waves[]; }; // see scan_chains.comp
+layout(std430, binding = 1) readonly buffer Pilots { LatticePilot lattice_pilots[]; };
+layout(std430, binding = 2) readonly buffer Fluxes { vec4 lattice_fluxes[]; }; // see weigh_lattices.comp
+layout(std430, binding = 3) buffer Plans { LatticePlan lattice_plans[]; };
+// Per receiver: relative L1 error that chains leave, and their share of its light; then the halvings that there was no room for.
+layout(std430, binding = 4) buffer Errors { vec2 chain_errors[]; };
+layout(std430, binding = 5) writeonly buffer Waves { uint waves[]; }; // see scan_chains.comp
 #include "chain_push.glsl"
+#include "ray_cells.glsl"
 // Whether a medium disperses light.
 layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
-#include "dispatch_arguments.glsl"
 
-// A lattice with all its refinements, all rays of which land, has the error to aim for in its own light. The error falls with the
-// root of the number of rays that land. It adds at most this share of the error to the light of its receivers.
+// Chains add at most this share of the error to aim for to the light of their receivers, or the share that they have of that light.
 const float MAX_ADDED = 0.5;
 // A receiver with less than this share of all light is judged as if it had this share.
 const float DIM_RECEIVER = 0.01;
-// Number of refinements of a lattice without chains.
-const uint NONE = 0xffffffffu;
+// Error of the light of a lattice, from three figures that were fitted to glass balls, tumblers and irregular meshes with an error of 1 to
+// 50 %. Over the root of the number of rays that land: that of kernels, and in addition where their neighbours disagree.
+const float SMOOTH_ERROR = 1.5;
+const float SCATTERED_ERROR = 8.0;
+// That of cells whose neighbours disagree: a part of their light lands elsewhere.
+const float INCOHERENT_ERROR = 0.4;
+// Halvings beyond the refinements of the lattice.
+const uint MORE_HALVINGS = 8;
+// Where no pilot ray of a chain lands, up to about this number may have missed, whose neighbours disagree.
+const float UNSEEN = 1.0;
+const float UNSEEN_INCOHERENCE = 0.8;
 
-// The light that lands on each receiver, W. Receivers whose numbers are SPLAT_GROUP apart count as one.
-shared float landed[SPLAT_GROUP];
-// Number of rays that land.
-shared float landings_on[SPLAT_GROUP];
-// What each thread found of them for one receiver.
-shared vec2 found[SPLAT_GROUP];
+// Part of the room for footprints that is planned for: their number is an estimate from few rays.
+const float MAX_FILLED = 0.7;
 
-// How often a lattice is refined.
-uint refinements_of(ChainLattice lattice, float all, float landed_rays) {
-    float share = 0.0;
-    float landings = 0.0;
-    bool chains = false;
-    uint rays = lattice.columns * lattice.rows;
-    for (uint i = 0; i < rays; i++) {
-        PilotRay ray = pilot_ray_at(lattice.first + i);
-        if (ray.interfaces < 2) continue;
-        chains = true;
-        if (ray.flux == 0.0) continue;
-        share += ray.flux / max(max(landed[ray.receiver % SPLAT_GROUP], DIM_RECEIVER * all), 1e-30);
-        landings += 1.0;
-    }
+// The light and the rays that land on each receiver, on all lattices. Receivers whose numbers are SPLAT_GROUP apart count as one.
+shared vec2 landed[SPLAT_GROUP];
+
+uint receivers() {
+    return push.receiver_count + push.mesh_count;
+}
+
+// Error of the light of chains of a lattice with so many halvings, relative to this light.
+float own_error(ChainLattice lattice, LatticePilot pilot, uint halvings) {
+    float rays = max(float(pilot.landings), UNSEEN) * exp2(float(halvings));
+    // Borders between ways of the light are crossed by a part of the cells that falls with their size.
+    float incoherent = pilot.landings == 0 ? UNSEEN_INCOHERENCE : min(pilot.incoherent / pilot.flux, 0.98);
+    float crossed = -log(1.0 - incoherent) * exp2(float(lattice.refinements) - 0.5 * float(halvings));
+    float sparse = (SMOOTH_ERROR + SCATTERED_ERROR * incoherent) * inversesqrt(rays);
+    return min(length(vec2(sparse, INCOHERENT_ERROR * (1.0 - exp(-crossed)))), 1.0);
+}
+
+// Number of rays of a lattice.
+float ray_count(ChainLattice lattice, LatticePilot pilot, LatticePlan plan) {
+    if (plan.halvings == NO_RAYS) return 0.0;
+    float count = 0.0;
+    uint counts[3] = uint[](lattice.columns * lattice.rows - pilot.near_chains - pilot.near_landings, pilot.near_chains, pilot.near_landings);
+    for (uint kind = 0; kind < 3; kind++) count += float(counts[kind]) * exp2(float(cell_halvings(plan, kind)));
+    return count * float(plan.bands);
+}
+
+// Number of footprints of a lattice, about: one for each part of the spectrum of each ray that lands.
+float footprint_count(LatticePilot pilot, LatticePlan plan) {
+    if (plan.halvings == NO_RAYS) return 0.0;
+    return exp2(float(plan.halvings)) * (float(plan.bands * pilot.landings) + pilot.parts);
+}
+
+// How often the cells of a lattice are to be halved where its chains have `share` of the light of their receivers.
+uint halvings_for(ChainLattice lattice, LatticePilot pilot, float share) {
     // The light of a single surface is part of the balance of flux.
-    if (COUNTS_FLUX && !chains) return 0;
-    if (!chains) return NONE;
-    if (landings == 0.0) {
-        // Up to about one more ray may land.
-        landings = 0.5;
-        share = landings / max(landed_rays, 1.0);
+    if (pilot.chains == 0) {
+        if (COUNTS_FLUX) return 0;
+        return NO_RAYS;
     }
-    float needed = exp2(2.0 * float(lattice.refinements)) * float(rays) * min(share * share / (MAX_ADDED * MAX_ADDED), 1.0);
-    return uint(clamp(ceil(0.5 * log2(needed / landings)), 0.0, float(lattice.refinements)));
+    if (push.error > 0.0) {
+        uint most = 2 * lattice.refinements + MORE_HALVINGS;
+        uint halvings = 0;
+        float allowed = push.error * max(MAX_ADDED, share);
+        while (halvings < most && share * own_error(lattice, pilot, halvings) > allowed) halvings++;
+        return halvings;
+    }
+    // As many rays land as the lattice would have, if all of them landed.
+    float needed = exp2(2.0 * float(lattice.refinements)) * float(lattice.columns * lattice.rows) * min(share * share / (MAX_ADDED * MAX_ADDED), 1.0);
+    return uint(clamp(ceil(log2(needed / max(float(pilot.landings), UNSEEN))), 0.0, 2.0 * float(lattice.refinements)));
 }
 
 // Bands of the spectrum that the rays of a lattice carry one each, so that what lands is dispersed by at most this many standard
 // deviations of the footprint within a band: over a band, places are linear in the index of refraction.
 const float MAX_DISPERSED = 12.0;
 
-uint bands_of(ChainLattice lattice) {
-    float dispersed = 0.0;
-    for (uint i = 0; i < lattice.columns * lattice.rows; i++) dispersed = max(dispersed, pilot_ray_at(lattice.first + i).dispersed);
-    return uint(clamp(ceil(dispersed / MAX_DISPERSED), 1.0, float(MAX_BANDS)));
+uint bands_for(LatticePilot pilot) {
+    float bands = 1.0;
+    if (DISPERSES) bands = clamp(ceil(pilot.dispersed / MAX_DISPERSED), 1.0, float(MAX_BANDS));
+    return uint(bands);
 }
 
-// Number of rays where each lattice is refined `fewer` times less.
-uint ray_count(uint fewer) {
-    float count = 0.0;
-    for (uint i = 0; i < push.lattice_count; i++) {
-        if (refined[i].refinements == NONE) continue;
-        count += float(refined[i].bands) * exp2(2.0 * float(max(int(refined[i].refinements) - int(fewer), 0))) * float(lattices[i].columns * lattices[i].rows);
-    }
-    return uint(min(count, 4e9));
+uint fewer_halvings(uint halvings, uint fewer) {
+    return halvings == NO_RAYS ? NO_RAYS : uint(max(int(halvings) - int(fewer), 0));
 }
 
 // One workgroup.
 void main() {
     uint own = gl_LocalInvocationIndex;
-    landed[own] = landings_on[own] = 0.0;
-    // All threads share the rays: lavapipe ends a shader's loops after 65535 iterations in all, without a message.
-    for (uint receiver = 0; receiver < min(push.receiver_count + push.mesh_count, SPLAT_GROUP); receiver++) {
-        vec2 sum = vec2(0.0);
-        for (uint i = own; i < push.pilot_count; i += SPLAT_GROUP) {
-            PilotRay ray = pilot_ray_at(i);
-            if (ray.flux != 0.0 && ray.receiver % SPLAT_GROUP == receiver) sum += vec2(ray.flux, 1.0);
-        }
-        found[own] = sum;
-        barrier();
-        if (own == receiver) {
-            for (uint i = 0; i < SPLAT_GROUP; i++) {
-                landed[own] += found[i].x;
-                landings_on[own] += found[i].y;
-            }
-        }
-        barrier();
+    vec2 sum = vec2(0.0);
+    for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
+        for (uint i = 0; i < push.lattice_count; i++) sum += lattice_fluxes[i * receivers() + receiver].xy;
     }
-    float all = 0.0;
-    float landed_rays = 0.0;
-    for (uint i = 0; i < SPLAT_GROUP; i++) {
-        all += landed[i];
-        landed_rays += landings_on[i];
-    }
+    landed[own] = sum;
+    barrier();
+    vec2 all = vec2(0.0);
+    for (uint i = 0; i < SPLAT_GROUP; i++) all += landed[i];
+    // The share of all light that a lattice may bring without a pilot ray that says so.
+    float unseen = UNSEEN / max(all.y, 1.0);
     for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
-        ChainLattice lattice = lattices[i];
-        lattice.refinements = refinements_of(lattice, all, landed_rays);
-        lattice.bands = 1;
-        if (DISPERSES) lattice.bands = bands_of(lattice);
-        refined[i] = lattice;
+        LatticePilot pilot = lattice_pilots[i];
+        float share = pilot.landings == 0 ? unseen : 0.0;
+        for (uint receiver = 0; receiver < receivers(); receiver++) {
+            share += lattice_fluxes[i * receivers() + receiver].z / max(max(landed[receiver % SPLAT_GROUP].x, DIM_RECEIVER * all.x), 1e-30);
+        }
+        lattice_plans[i] = LatticePlan(halvings_for(lattices[i], pilot, share), bands_for(pilot));
     }
     memoryBarrierBuffer();
     barrier();
-    if (own != 0) return;
+    // All lattices give up halvings until there is room for their rays and footprints.
     uint fewer = 0;
-    while (fewer < 16 && ray_count(fewer) > push.ray_capacity) fewer++;
-    uint first = 0;
-    uint bands = 1;
-    if (DISPERSES) bands = MAX_BANDS;
-    // Bands come after the first of every lattice, so that none is written before it is read.
-    for (uint band = 0; band < bands; band++) {
+    for (; fewer < 32; fewer++) {
+        float rays = 0.0;
+        float footprints = 0.0;
         for (uint i = 0; i < push.lattice_count; i++) {
-            ChainLattice lattice = refined[i];
-            if (band == 0) {
-                uint shift = uint(max(int(lattice.refinements) - int(fewer), 0));
-                lattice.columns <<= shift;
-                lattice.rows <<= shift;
-                lattice.edge_u *= exp2(-float(shift));
-                lattice.edge_v *= exp2(-float(shift));
-                if (lattice.refinements == NONE) lattice.columns = lattice.rows = 0;
-            }
-            if (band >= lattice.bands) lattice.columns = lattice.rows = 0;
-            lattice.band = band;
-            lattice.first = first;
-            first += lattice.columns * lattice.rows;
-            refined[band * push.lattice_count + i] = lattice;
+            LatticePlan plan = lattice_plans[i];
+            plan.halvings = fewer_halvings(plan.halvings, fewer);
+            rays += ray_count(lattices[i], lattice_pilots[i], plan);
+            footprints += footprint_count(lattice_pilots[i], plan);
         }
+        if (rays <= float(push.ray_capacity) && footprints <= MAX_FILLED * float(push.splat_capacity)) break;
     }
-    WRITE_DISPATCH_OF(waves, 0, first)
-    waves[UNITS_WORD] = first;
-    waves[LANDINGS_WORD] = 0;
-    waves[FOOTPRINTS_WORD] = 0;
+    barrier();
+    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
+        lattice_plans[i].halvings = fewer_halvings(lattice_plans[i].halvings, fewer);
+    }
+    memoryBarrierBuffer();
+    barrier();
+    for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
+        vec2 sums = vec2(0.0);
+        for (uint i = 0; i < push.lattice_count; i++) {
+            uint halvings = lattice_plans[i].halvings;
+            if (halvings == NO_RAYS) continue;
+            float share = lattice_fluxes[i * receivers() + receiver].z / max(landed[receiver % SPLAT_GROUP].x, 1e-30);
+            if (lattice_pilots[i].landings == 0) share = unseen;
+            sums += share * vec2(own_error(lattices[i], lattice_pilots[i], halvings), 1.0);
+        }
+        chain_errors[receiver] = sums;
+    }
+    if (own != 0) return;
+    chain_errors[receivers()] = vec2(fewer, 0.0);
     waves[LOST_PATHS_WORD] = 0;
 }

@@ -22,6 +22,9 @@ layout(std430, binding = 13) buffer FluxSums { uint flux_sums[]; };
 layout(std430, binding = 14) readonly buffer MeshReceivers { MeshReceiver mesh_receivers[]; };
 layout(std430, binding = 15) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]; };
 layout(std430, binding = 16) writeonly buffer LandingNumbers { uvec2 landing_numbers[]; }; // 1: reaches a mesh receiver; 0
+layout(std430, binding = 17) readonly buffer RayNumbers { uvec2 ray_numbers[]; }; // per cell of the lattices, see blocks.glsl
+layout(std430, binding = 18) readonly buffer RaySums { uvec2 ray_sums[]; };
+layout(std430, binding = 19) readonly buffer Cells { uint ray_cells[]; };         // see ray_cells.glsl
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
@@ -35,17 +38,42 @@ layout(std430, binding = 16) writeonly buffer LandingNumbers { uvec2 landing_num
 #include "light_axes.glsl"
 #include "chain.glsl"
 #include "lattice_ray.glsl"
+#include "ray_cells.glsl"
 #include "chain_changes.glsl"
 #include "spectrum.glsl"
 #include "chain_flux.glsl"
 #include "light_beam.glsl"
 #include "chain_landing.glsl"
 
+#define BLOCK_RAYS(i) ray_sums[i].x
+#define FIRST_RAY(i) ray_numbers[i].x
+
+// Ray number `ray` of the lattices.
+ChainPath ray_of_lattices(uint ray) {
+    SEARCH(block, 0, (push.pilot_count + SPLAT_GROUP - 1) / SPLAT_GROUP, ray, BLOCK_RAYS)
+    ray -= ray_sums[block].x;
+    uint first = block * SPLAT_GROUP;
+    SEARCH(cell, first, min(SPLAT_GROUP, push.pilot_count - first), ray, FIRST_RAY)
+    ray -= ray_numbers[cell].x;
+    ChainLattice lattice = lattices[lattice_of(cell)];
+    uint halvings = halvings_of_cell(ray_cells[cell]);
+    uint bands = bands_of_cell(ray_cells[cell]);
+    uint band = ray >> halvings;
+    uint part = ray & (1u << halvings) - 1u;
+    uvec2 halved = sides_halved(halvings);
+    uvec2 place = uvec2((cell - lattice.first) % lattice.columns, (cell - lattice.first) / lattice.columns) << halved;
+    place += uvec2(part & (1u << halved.x) - 1u, part >> halved.x);
+    uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
+    ChainPath path = ray_at(lattice, vec2(place) + WITHIN_CELL, halved);
+    path.counts = level << 16 | band << 24 | bands << 28;
+    return path;
+}
+
 void main() {
     uint index = thread_index();
     if (index >= waves[UNITS_WORD]) return;
     ChainPath path;
-    if (push.is_first != 0) path = ray_of_lattice(index); else path = path_at(index);
+    if (push.is_first != 0) path = ray_of_lattices(index); else path = path_at(index);
     trace_band(path);
     ChainHit hit;
     for (;;) {

@@ -15,6 +15,7 @@ layout(push_constant) uniform ChainPush {
     float spread;        // variance of a kernel over the square of the lattice's cell
     float spectral_middle; // coordinate of the traced wavelength
     float flux_scale;    // units of the sums of flux in 1 W, a power of two; see chain_flux.glsl
+    float error;         // relative L1 error to aim for; 0: the lattices' refinements are not exceeded
 } push;
 // Whether there are mesh receivers.
 layout(constant_id = ID_HAS_ATLAS) const bool HAS_ATLAS = false;

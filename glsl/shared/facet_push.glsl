@@ -13,6 +13,7 @@ layout(push_constant) uniform FacetPush {
     uint patch_budget;   // maximum number of patches for `error`, beyond one for each pair
     uint is_lattice;     // trace_corners: 0: the corners of facets; 1: the lattices
     uint first_splat;    // of this batch
+    uint has_chains;     // 1: chains light receivers, too
 } push;
 
 // A number of parts along an edge. Rounds up from 0.3 above a whole number on, which balances the errors of rounding.

@@ -346,17 +346,34 @@ struct ChainLattice {
     vec3 direction;  // sun: of the rays
     uint light;
     uint rows;
-    uint refinements; // maximum number of times that the spacing may be halved
-    uint band;       // of the spectrum
-    uint bands;      // number of bands; 0: all in one
+    uint refinements; // number of times that the spacing is halved for the error to aim for where all rays land and neighbours agree
+    vec2 unused;
 };
 
-// Where a ray of a lattice before refinement lands.
+// Where the ray through the middle of a lattice's cell lands.
 struct PilotRay {
     float flux;      // W; 0: nowhere
     uint receiver;
-    uint interfaces; // surfaces that it met
+    uint interfaces; // surfaces that it met, and how far its neighbours disagree: see pack_pilot()
     float dispersed; // extent of the spectrum where it lands, in standard deviations of the footprint
+};
+
+// What the pilot rays of a lattice say together. "Chains" have met two surfaces or more.
+struct LatticePilot {
+    uint chains;        // number of cells by what is in them or the cells around them: some chain
+    uint near_landings; // a chain that lands
+    uint near_chains;   // a chain, and none that lands
+    uint landings;      // chains that land
+    float flux;         // of these, W
+    float incoherent;   // the same, each times how far its neighbours disagree
+    float dispersed;    // of the rays: the largest
+    float parts;        // of the spectrum, of chains that land: their sum
+};
+
+// How fine a lattice is to be.
+struct LatticePlan {
+    uint halvings;      // of cells near landings; NO_RAYS
+    uint bands;         // of the spectrum
 };
 
 // The state of a chain: the ray that leaves a surface, and how it changes over a cell of the lattice and over the light.

@@ -5,36 +5,35 @@ const uint MAX_LATTICE_LEVEL = 3;
 // Where a ray passes its cell. Off the middle and the diagonals, since the edges of regular meshes often lie there, and a ray that
 // meets an edge exactly may miss both triangles.
 const vec2 WITHIN_CELL = vec2(0.4716, 0.5387);
-#define FIRST_RAY(i) lattices[i].first
+#define FIRST_CELL(i) lattices[i].first
 
-// The lattice of ray number `ray`.
-ChainLattice lattice_of(uint ray) {
-    SEARCH(found, 0, push.lattice_count, ray, FIRST_RAY)
-    return lattices[found];
+// The number of the lattice of cell number `cell`.
+uint lattice_of(uint cell) {
+    SEARCH(found, 0, push.lattice_count, cell, FIRST_CELL)
+    return found;
 }
 
-// Ray number `ray` as it leaves its light.
-ChainPath ray_of_lattice(uint ray) {
-    ChainLattice lattice = lattice_of(ray);
+// The ray at `place` of a lattice, in cells whose columns and rows are halved `halved` times, as it leaves its light. Without its band
+// and its level.
+ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved) {
     Light light = light_at(lattice.light);
-    uvec2 place = uvec2((ray - lattice.first) % lattice.columns, (ray - lattice.first) / lattice.columns);
-    vec2 cell = vec2(place) + WITHIN_CELL;
-    vec3 at = lattice.origin + cell.x * lattice.edge_u + cell.y * lattice.edge_v;
-    uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
+    vec3 edge_u = exp2(-float(halved.x)) * lattice.edge_u;
+    vec3 edge_v = exp2(-float(halved.y)) * lattice.edge_v;
+    vec3 at = lattice.origin + place.x * edge_u + place.y * edge_v;
     ChainPath path;
     path.triangle = NO_TRIANGLE;
-    path.counts = level << 16 | lattice.band << 24 | lattice.bands << 28;
+    path.counts = 0;
     path.media = uvec2(0);
     path.start_or_spectrum = uvec2(lattice.object, lattice.light);
-    float area = length(cross(lattice.edge_u, lattice.edge_v));
+    float area = length(cross(edge_u, edge_v));
     Changes changes;
     changes.place[2] = changes.place[3] = changes.direction[2] = changes.direction[3] = vec3(0.0);
     if (light.is_lamp == 0) {
         path.position = at;
         path.direction = lattice.direction;
         path.flux = light.power * area;
-        changes.place[0] = lattice.edge_u;
-        changes.place[1] = lattice.edge_v;
+        changes.place[0] = edge_u;
+        changes.place[1] = edge_v;
         changes.direction[0] = changes.direction[1] = vec3(0.0);
     } else {
         vec3 way = at - light.place;
@@ -42,11 +41,11 @@ ChainPath ray_of_lattice(uint ray) {
         path.position = light.place;
         path.direction = way / distance_;
         // The solid angle of the cell.
-        float cosine = abs(dot(path.direction, cross(lattice.edge_u, lattice.edge_v))) / area;
+        float cosine = abs(dot(path.direction, cross(edge_u, edge_v))) / area;
         path.flux = light.power * (area * cosine / (distance_ * distance_));
         changes.place[0] = changes.place[1] = vec3(0.0);
-        changes.direction[0] = normalize_change(way, lattice.edge_u);
-        changes.direction[1] = normalize_change(way, lattice.edge_v);
+        changes.direction[0] = normalize_change(way, edge_u);
+        changes.direction[1] = normalize_change(way, edge_v);
     }
     path.first_flux = largest(path.flux);
     set_changes(path, changes);

@@ -8,6 +8,7 @@ layout(local_size_x = SPLAT_GROUP) in;
 // each pair.
 layout(std430, binding = 0) readonly buffer Errors { vec4 errors[]; };
 layout(std430, binding = 1) buffer Shares { ReceiverShare shares[]; };
+layout(std430, binding = 2) readonly buffer ChainErrors { vec2 chain_errors[]; }; // see plan_chains.comp
 #include "facet_push.glsl"
 #include "error_model.glsl"
 
@@ -31,6 +32,10 @@ void main() {
     }
     barrier();
     if (level != 0) return;
+    vec2 chains = vec2(0.0);
+    if (push.has_chains != 0) chains = chain_errors[receiver];
+    // Errors are relative to all light of the receiver, with that of chains.
+    float facet_share = max(1.0 - chains.y, 0.01);
     float chosen = log2(FIRST_SHARE / push.patch_share);
     bool is_limited = false;
     if (push.error > 0.0) {
@@ -38,8 +43,9 @@ void main() {
         float budget = float(push.patch_budget) / float(push.receiver_count);
         float finest = 0.0;
         while (finest < float(SHARE_LEVELS - 1) && sums[uint(finest) + 1].w <= budget) finest += 1.0;
-        // What finer patches do not change leaves them at least half of the error.
-        float aim = max(push.error, fixed_error(sums[0].z) + 0.5 * push.error);
+        // Errors of patches and of chains are at other places. What finer patches do not change leaves them at least half of the error.
+        float of_patches = sqrt(max(push.error * push.error - chains.x * chains.x, 0.0));
+        float aim = max(of_patches, fixed_error(sums[0].z) + 0.5 * push.error) / facet_share;
         chosen = 0.0;
         while (chosen < finest && error_at(chosen) > aim) chosen += 1.0;
         is_limited = error_at(chosen) > aim && finest < float(SHARE_LEVELS - 1);
@@ -53,7 +59,7 @@ void main() {
     }
     ReceiverShare share = shares[receiver];
     share.patch_share = FIRST_SHARE * exp2(-chosen);
-    share.error = share.flux > 0.0 && push.error > 0.0 ? error_at(chosen) : 0.0;
+    share.error = length(vec2(share.flux > 0.0 && push.error > 0.0 ? facet_share * error_at(chosen) : 0.0, chains.x));
     share.is_limited = is_limited && share.flux > 0.0 ? 1 : 0;
     shares[receiver] = share;
 }

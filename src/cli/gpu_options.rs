@@ -279,8 +279,6 @@ pub struct CausticReport {
     pub lit: Option<u32>,
     /// Estimated relative L1 error of the receiver where it is largest; `None` if it is not estimated.
     pub estimated_error: Option<f32>,
-    /// Whether there may be light that met several mirrors or interfaces, which the estimate leaves out.
-    pub may_chain: bool,
     /// With `--explain`: what the frame left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub left_out: Option<Vec<LeftOut>>,
@@ -384,11 +382,12 @@ impl GpuOptions {
             && estimated > 1.01 * asked
         {
             let note = format!(
-                "the estimated error of {:.2} % is above the {:.2} % to aim for: {} patches are the most, or the light's disc \
-                 limits the accuracy",
+                "the estimated error of {:.2} % is above the {:.2} % to aim for: {} patches and {} rays of chains are the most, or the \
+                 light's disc limits the accuracy",
                 100.0 * estimated,
                 100.0 * asked,
                 nephroid::render::MAX_PATCHES,
+                nephroid::render::MAX_RAYS,
             );
             log_some("note", &[note]);
         }
@@ -493,7 +492,6 @@ impl GpuOptions {
             samples: renderer.samples()?,
             lit: renderer.lit_patches()?,
             estimated_error: renderer.estimated_error()?,
-            may_chain: renderer.may_chain(),
             chosen_light_maps: chosen.clone(),
             environment_caustics: (scene.lights.iter())
                 .find(|light| matches!(light.kind, LightKind::Environment { .. }))
@@ -643,11 +641,7 @@ impl Report {
                 .map_or(String::new(), |count| format!(", {count} lit"));
             lines.push(format!("method  {method}, {} {unit}{lit}", caustic.samples));
             if let Some(error) = caustic.estimated_error {
-                let of = match caustic.may_chain {
-                    true => ", of light that met one mirror or interface only",
-                    false => "",
-                };
-                lines.push(format!("estimated error  {:.1} %{of}", 100.0 * error));
+                lines.push(format!("estimated error  {:.1} %", 100.0 * error));
             }
             for map in &caustic.chosen_light_maps {
                 let ([width, height], name) = (map.texels, map.name.escape_debug());

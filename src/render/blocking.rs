@@ -8,7 +8,8 @@ use crate::render::chains::Chains;
 use crate::render::chains::frame::count_flux;
 use crate::render::left_out::{LeftOut, left_out};
 use crate::render::splat::resolve::Levels;
-use crate::render::{FrameBudget, MAX_PATCHES, ReceiverTile, Renderer, frame};
+use crate::render::stages::Reached;
+use crate::render::{FrameBudget, MAX_PATCHES, MAX_RAYS, ReceiverTile, Renderer, frame};
 use crate::scene::Camera;
 use std::time::{Duration, Instant};
 
@@ -29,8 +30,8 @@ impl Renderer {
     /// [`Error::Device`] if the device fails, [`Error::Cancelled`] if the watcher stops the work, [`Error::Host`] on the
     /// device of a host.
     pub fn caustic(&mut self) -> Result<()> {
-        if std::mem::take(&mut self.grows) {
-            self.grow()?;
+        if let Some(reached) = self.grows.take() {
+            self.grow(&reached)?;
         }
         let mut start = Instant::now();
         self.begin()?;
@@ -50,35 +51,35 @@ impl Renderer {
                 self.begin()?;
                 continue;
             }
-            let Some((error, is_limited)) = self.caustic.error()? else {
+            let Some(reached) = self.caustic.reached()? else {
                 return Ok(());
             };
-            let can_grow = is_limited && self.scene.patch_budget < MAX_PATCHES;
+            let can_grow = self.can_grow(&reached);
             if self.budget.is_some() {
                 let time = std::mem::take(&mut self.update_time) + start.elapsed();
-                self.hold_budget(time, error, can_grow);
+                self.hold_budget(time, reached, can_grow);
                 return Ok(());
             }
             if !can_grow {
                 return Ok(());
             }
             self.is_current = false;
-            self.grow()?;
+            self.grow(&reached)?;
             self.begin()?;
         }
     }
 
     /// Sets the error that the next frame aims for, after a frame that took `time`.
-    fn hold_budget(&mut self, time: Duration, error: f32, can_grow: bool) {
+    fn hold_budget(&mut self, time: Duration, reached: Reached, can_grow: bool) {
         if let Some(budget) = &mut self.budget
             && !self.recorder.waits_each_pass()
         {
-            budget.add(time, error);
-            self.grows = can_grow && budget.has_time_for_more();
+            budget.add(time, reached.error);
+            self.grows = (can_grow && budget.has_time_for_more()).then_some(reached);
             let (error, is_met) = (budget.error(), budget.is_met());
             self.set_error(error);
             // A still scene is rendered again until the budget is met.
-            self.is_current = is_met && !self.grows;
+            self.is_current = is_met && self.grows.is_none();
         }
     }
 
@@ -97,10 +98,22 @@ impl Renderer {
         Ok(())
     }
 
-    /// Binds the stages to buffers for four times as many patches.
-    fn grow(&mut self) -> Result<()> {
+    /// Whether the buffers that were too small for a frame can be larger.
+    fn can_grow(&self, reached: &Reached) -> bool {
+        reached.needs_patches && self.scene.patch_budget < MAX_PATCHES
+            || reached.needs_rays && self.scene.lattices.ray_capacity < MAX_RAYS
+    }
+
+    /// Binds the stages to buffers for four times as many of what the frame needed.
+    fn grow(&mut self, reached: &Reached) -> Result<()> {
         self.overlays = None;
-        self.scene.patch_budget *= 4;
+        if reached.needs_patches && self.scene.patch_budget < MAX_PATCHES {
+            self.scene.patch_budget *= 4;
+        }
+        if reached.needs_rays {
+            let rays = &mut self.scene.lattices.ray_capacity;
+            *rays = rays.saturating_mul(4).min(MAX_RAYS.max(*rays));
+        }
         self.caustic = self.bind_stages()?;
         Ok(())
     }
@@ -120,7 +133,13 @@ impl Renderer {
             return Ok(None);
         }
         let levels = Levels::new(&self.context, &self.scene)?;
-        let chains = Chains::new(&self.context, &mut self.scene, &levels, true)?;
+        let chains = Chains::new(
+            &self.context,
+            &mut self.scene,
+            &levels,
+            self.settings.error,
+            true,
+        )?;
         frame::upload(&mut self.recorder, &mut self.scene)?;
         count_flux(&mut self.recorder, &self.scene, &chains)?;
         self.recorder.submit()?;

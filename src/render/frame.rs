@@ -1,8 +1,9 @@
 //! The frame: every pass and every barrier, in order.
 //!
 //! ```text
-//! upload ─► facet flux ─► count ─► trace ─► count ─► project ─► splat ─► resolve     suns on planar receivers
-//!        ─► pilot ─► trace ─► number ─► emit ─► … ─► finish ─► splat ─► resolve      chains: light of several surfaces
+//! upload ─► pilot ─► number                                                           chains: light of several surfaces
+//!        ─► facet flux ─► count ─► trace ─► count ─► project ─► splat ─► resolve      suns on planar receivers
+//!        ─► trace ─► number ─► emit ─► … ─► finish ─► splat ─► resolve                chains
 //!        ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate               mesh receivers, environments
 //! ```
 //! The casters' triangles are facets. facet flux computes the light that each facet sends to the receivers. By this flux, count
@@ -20,7 +21,7 @@ use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
 use crate::render::barriers::{ANY, LIST_READ, after_draw, next};
 use crate::render::caustic::Caustic;
-use crate::render::chains::frame::splat_chains;
+use crate::render::chains::frame::{plan_chains, splat_chains};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{bands, first_groups};
 use crate::render::lights::Source;
@@ -97,6 +98,10 @@ pub fn caustic(
             resolve,
         } => {
             zero(recorder, projectors, resolve.as_ref())?;
+            // Patches get what chains leave of the error to aim for.
+            if let Some(chains) = chains {
+                plan_chains(recorder, scene, chains)?;
+            }
             if let Some(triangles) = triangles {
                 splat_triangles(recorder, scene, triangles, light_map, &mut clear)?;
             }

@@ -98,9 +98,14 @@ mirrors! {
     }
     ChainLattice {
         origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
-        rows: u32, refinements: u32, band: u32, bands: u32,
+        rows: u32, refinements: u32, unused: Vec2,
     }
     PilotRay { flux: f32, receiver: u32, interfaces: u32, dispersed: f32, }
+    LatticePilot {
+        chains: u32, near_landings: u32, near_chains: u32, landings: u32,
+        flux: f32, incoherent: f32, dispersed: f32, parts: f32,
+    }
+    LatticePlan { halvings: u32, bands: u32, }
     ChainPath {
         position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
         cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,
@@ -120,12 +125,13 @@ mirrors! {
         facet_count: u32, corner_count: u32, light_count: u32,
         receiver_count: u32, lobes: u32, can_occlude: u32, division: u32,
         error: f32, patch_share: f32, patch_budget: u32, is_lattice: u32, first_splat: u32,
+        has_chains: u32,
     }
     ChainPush {
         is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32, mesh_count: u32,
         max_interfaces: u32, ray_capacity: u32, path_capacity: u32, splat_capacity: u32,
         landing_capacity: u32, mesh_splat_capacity: u32, first_mesh_splat: u32, mesh_splat_batch: u32,
-        spread: f32, spectral_middle: f32, flux_scale: f32,
+        spread: f32, spectral_middle: f32, flux_scale: f32, error: f32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
     NumberPush { count: u32, is_limited: u32, }

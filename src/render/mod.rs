@@ -48,6 +48,7 @@ pub use view::overlay::Overlay;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
 use crate::render::caustic::Caustic;
+pub use crate::render::chains::lattice::MAX_RAYS;
 use crate::render::device_scene::{Change, DeviceScene};
 use crate::render::frame_counts::Counter;
 pub use crate::render::patches::facets::MAX_BUDGET as MAX_PATCHES;
@@ -105,8 +106,8 @@ pub struct Renderer {
     /// Whether the direct map of the environment shows the current scene. It is kept where only suns, lamps or materials change.
     is_environment_current: bool,
     budget: Option<FrameBudget>,
-    /// Whether the next caustic begins with larger buffers.
-    grows: bool,
+    /// What a frame lacked, for which the next caustic begins with larger buffers.
+    grows: Option<stages::Reached>,
     /// Time of the last update; reset when a caustic has been rendered.
     update_time: Duration,
 }
@@ -164,7 +165,7 @@ impl Renderer {
             is_direct_current: false,
             is_environment_current: false,
             budget,
-            grows: false,
+            grows: None,
             update_time: Duration::ZERO,
         })
     }
@@ -350,8 +351,7 @@ impl Renderer {
     }
 
     /// Estimated relative L1 error of the last [`Renderer::caustic`], on the receiver where it is largest. `None` without an
-    /// error to aim for, under an environment, or if a receiver is a mesh. The estimate covers light that met one mirror or
-    /// interface only; see [`Renderer::may_chain`].
+    /// error to aim for, under an environment, or if a receiver is a mesh.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.

@@ -43,7 +43,9 @@ pub fn caustic(
             }
             let levels = Levels::new(context, scene)?;
             let triangles = match scene.group(Source::Suns) {
-                Some(_) => Some(Box::new(Triangles::new(context, scene, &levels, settings)?)),
+                Some(_) => Some(Box::new(Triangles::new(
+                    context, scene, &levels, None, settings,
+                )?)),
                 None => None,
             };
             Ok(Caustic::Splat {
@@ -79,11 +81,20 @@ fn by_footprints(
     let (mut triangles, mut chains, mut projectors, mut resolve) = (None, None, Vec::new(), None);
     let levels = Levels::new(context, scene)?;
     if scene.lattices.is_needed {
-        chains = Some(Box::new(Chains::new(context, scene, &levels, false)?));
+        chains = Some(Box::new(Chains::new(
+            context,
+            scene,
+            &levels,
+            settings.error,
+            false,
+        )?));
     }
     if planar > 0 {
         if has_suns {
-            triangles = Some(Box::new(Triangles::new(context, scene, &levels, settings)?));
+            let errors = chains.as_ref().map(|chains| &chains.errors);
+            triangles = Some(Box::new(Triangles::new(
+                context, scene, &levels, errors, settings,
+            )?));
         }
         if let Some(pairs) = &scene.environment.pairs {
             projectors.push(pinhole_images(context, scene, &pairs.patches, &levels)?);
@@ -116,6 +127,15 @@ fn by_footprints(
         projectors,
         resolve,
     })
+}
+
+/// What a frame with an error to aim for reached.
+pub struct Reached {
+    /// Estimated relative L1 error of suns and lamps on the planar receiver where it is largest.
+    pub error: f32,
+    /// Whether more patches, or more rays of chains, than the buffers have room for would lower it to what is aimed for.
+    pub needs_patches: bool,
+    pub needs_rays: bool,
 }
 
 impl Caustic {
@@ -161,7 +181,7 @@ impl Caustic {
     pub fn estimated_error(&self) -> Result<Option<f32>> {
         match self {
             Self::Splat { projectors, .. } if projectors.is_empty() => {
-                Ok(self.error()?.map(|(error, _)| error))
+                Ok(self.reached()?.map(|reached| reached.error))
             }
             _ => Ok(None),
         }
@@ -209,16 +229,32 @@ impl Caustic {
         (self.triangles()).is_some_and(Triangles::has_error_target)
     }
 
-    /// Estimated relative L1 error of suns and lamps on the planar receiver where it is largest, in the last frame, and
-    /// whether buffers were too small for the error to aim for. `None` without an error to aim for.
+    /// What the last frame reached. `None` without an error to aim for.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
-    pub fn error(&self) -> Result<Option<(f32, bool)>> {
-        (self.triangles())
-            .filter(|triangles| triangles.has_error_target())
-            .map(Triangles::error)
-            .transpose()
+    pub fn reached(&self) -> Result<Option<Reached>> {
+        let Self::Splat {
+            triangles: Some(triangles),
+            chains,
+            ..
+        } = self
+        else {
+            return Ok(None);
+        };
+        if !triangles.has_error_target() {
+            return Ok(None);
+        }
+        let (error, needs_patches) = triangles.error()?;
+        let needs_rays = match chains {
+            Some(chains) => chains.needs_rays()?,
+            None => false,
+        };
+        Ok(Some(Reached {
+            error,
+            needs_patches,
+            needs_rays,
+        }))
     }
 
     /// Whether the last blocking frame recorded all that was to be drawn.
@@ -238,11 +274,15 @@ impl Caustic {
     /// Sets the error to aim for.
     pub fn set_error(&mut self, error: f32) {
         if let Self::Splat {
-            triangles: Some(triangles),
-            ..
+            triangles, chains, ..
         } = self
         {
-            triangles.set_error(error);
+            if let Some(triangles) = triangles {
+                triangles.set_error(error);
+            }
+            if let Some(chains) = chains {
+                chains.set_error(error);
+            }
         }
     }
 

@@ -7,7 +7,27 @@ use crate::render::chains::Chains;
 use crate::render::chains::landings::Landings;
 use crate::render::device_scene::DeviceScene;
 
-/// Follows light from surface to surface, a wave of rays at a time, and adds where it lands to the light maps.
+/// Chooses the rays that begin chains, and estimates the error that they leave on each receiver.
+pub fn plan_chains(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains) -> Result<()> {
+    recorder.pass("pilot chains", |r| {
+        chains.record_pilot(r, scene);
+        next(r);
+        chains.record_weigh(r, scene);
+        next(r);
+        chains.record_plan(r, scene);
+        next(r);
+    })?;
+    recorder.pass("number rays", |r| {
+        chains.record_count_rays(r, scene);
+        next(r);
+        chains.record_number_rays(r, scene);
+        next(r);
+        chains.record_scan_rays(r, scene);
+        next(r);
+    })
+}
+
+/// Follows these rays from surface to surface, a wave at a time, and adds where they land to the light maps.
 pub fn splat_chains(
     recorder: &mut Recorder,
     scene: &DeviceScene,
@@ -34,6 +54,7 @@ pub fn count_flux(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains)
         chains.record_clear(r);
         r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
     })?;
+    plan_chains(recorder, scene, chains)?;
     follow_chains(recorder, scene, chains)?;
     match &chains.landings {
         Some(landings) => recorder.pass("count lost landings", |r| {
@@ -47,12 +68,6 @@ pub fn count_flux(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains)
 /// Follows the rays of the lattices to their ends, and lists the footprints of what lands on planar receivers and the landings on mesh
 /// receivers.
 fn follow_chains(recorder: &mut Recorder, scene: &DeviceScene, chains: &Chains) -> Result<()> {
-    recorder.pass("pilot chains", |r| {
-        chains.record_pilot(r, scene);
-        next(r);
-        chains.record_plan(r, scene);
-        next(r);
-    })?;
     for wave in 0..chains.wave_count {
         recorder.pass("trace chains", |r| {
             chains.record_trace(r, scene, wave);

@@ -14,22 +14,22 @@ use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
 use crate::render::spectrum::Coordinate;
 use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use std::sync::Arc;
 
-/// Number of rays of a lattice for an error of 2 % of its own light. The error falls with the square root of their number (measured on
-/// glass balls and a tumbler).
+/// Number of rays of a lattice for an error of 2 % of its own light, if all of them land. The error falls with the square root of their
+/// number (measured on glass balls and a tumbler).
 const RAYS_AT_2_PERCENT: f64 = 16_384.0;
-/// Minimum and maximum number of rays of a lattice with all refinements.
+/// Minimum and maximum number of rays of a lattice.
 const RAYS: [f64; 2] = [1024.0, 262_144.0];
 /// Number of rays of all lattices over the maximum number of one lattice, at most: the shares of light add up to 1, and a lattice
 /// of a small share needs few.
 const RAYS_OF_ALL: f64 = 2.0;
-/// Number of rays of all bands of the spectrum, at most.
-const RAYS_OF_BANDS: f64 = 524_288.0;
-/// Rays before refinement: as a part of the maximum number for one lattice and for all, and at least, for one.
-const PILOT_PART: f64 = 1.0 / 16.0;
-const PILOT_PART_OF_ALL: f64 = 0.25;
+/// Number of rays of all lattices, at most.
+pub const MAX_RAYS: u32 = 1 << 19;
+/// Number of rays before refinement: of all lattices, about, and at least of one. A part of the light that is not met by these rays is
+/// not looked for among the others as closely.
+const PILOT_RAYS: f64 = 4096.0;
 const MIN_PILOT_RAYS: f64 = 64.0;
 /// Maximum number of pairs of face and vertex that are compared to find whether a caster is convex.
 const MAX_PAIRS: usize = 1 << 24;
@@ -43,7 +43,6 @@ pub struct DeviceLattices {
     /// Suns, lamps, then the environment's cells.
     pub lights: Buffer,
     cells: Vec<EnvironmentCell>,
-    /// Before refinement.
     pub buffer: Buffer,
     pub count: u32,
     /// Maximum number of lattices.
@@ -51,7 +50,7 @@ pub struct DeviceLattices {
     /// Number of rays before refinement, and its maximum.
     pub pilot_count: u32,
     pub pilot_capacity: u32,
-    /// Maximum number of rays of a frame.
+    /// Maximum number of rays of a frame. A blocking frame that needs more is repeated with four times as many.
     pub ray_capacity: u32,
     /// Upper bound of the flux of all rays in any channel, W.
     pub flux: f64,
@@ -80,12 +79,12 @@ impl DeviceLattices {
         let bytes = u64::from(capacity.max(1)) * size_of::<ChainLattice>() as u64;
         let rays = rays_of_lattice(settings);
         // Rows and columns are rounded.
-        let pilot_capacity = 2 * capacity * pilot_rays(rays, capacity) as u32;
+        let pilot_capacity = 2 * capacity * pilot_rays(capacity) as u32;
         let of_all = match Coordinate::of(scene) {
             None => RAYS_OF_ALL * rays,
             Some(_) => {
                 let of_bands = RAYS_OF_ALL * rays * f64::from(MAX_BANDS);
-                of_bands.min(RAYS_OF_BANDS).max(RAYS_OF_ALL * rays)
+                of_bands.min(MAX_RAYS.into())
             }
         };
         let lights = scene.lights.len() + ENVIRONMENT_CELLS;
@@ -161,12 +160,13 @@ impl DeviceLattices {
         };
         self.flux = windows.iter().map(flux).sum();
         let rays = rays_of_lattice(settings);
-        let pilot = pilot_rays(rays, windows.len() as u32);
-        let refinements = (0.5 * (rays / pilot).log2()).ceil() as u32;
+        let pilot = pilot_rays(windows.len() as u32);
+        let refinements = (0.5 * (rays / pilot).log2()).ceil().max(0.0) as u32;
         let mut first = 0;
         let mut lattices = Vec::new();
         for (light, object, window) in windows {
-            let (columns, rows) = window.columns_and_rows(rays * 0.25f64.powi(refinements as i32));
+            let (columns, rows) =
+                window.columns_and_rows(pilot.max(rays * 0.25f64.powi(refinements as i32)));
             lattices.push(ChainLattice {
                 origin: window.origin.as_vec3(),
                 first,
@@ -178,7 +178,7 @@ impl DeviceLattices {
                 light,
                 rows,
                 refinements,
-                ..Default::default()
+                unused: Vec2::ZERO,
             });
             first += columns * rows;
         }
@@ -192,9 +192,8 @@ impl DeviceLattices {
 }
 
 /// Number of rays of each of `count` lattices before refinement, about.
-fn pilot_rays(rays: f64, count: u32) -> f64 {
-    let of_each = (PILOT_PART_OF_ALL / f64::from(count.max(1))).min(PILOT_PART);
-    (of_each * rays).max(MIN_PILOT_RAYS)
+fn pilot_rays(count: u32) -> f64 {
+    (PILOT_RAYS / f64::from(count.max(1))).max(MIN_PILOT_RAYS)
 }
 
 /// Maximum number of rays of a lattice.

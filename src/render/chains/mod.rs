@@ -17,12 +17,15 @@ use crate::render::chains::landings::{LandingBuffers, Landings, Waves};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::{
-    ID_COUNTS_FLUX, MAX_BANDS, SPLAT_GROUP, WAVE_DRAW_WORD, WAVE_WORDS,
+    ID_COUNTS_FLUX, SPLAT_GROUP, WAVE_DRAW_WORD, WAVE_WORDS,
 };
-use crate::render::gpu_types::{ChainHit, ChainLattice, ChainPath, ChainPush, Footprint, PilotRay};
-use crate::render::splat::prefix_sums::BlockSums;
+use crate::render::gpu_types::{
+    ChainHit, ChainPath, ChainPush, Footprint, LatticePilot, LatticePlan, PilotRay,
+};
+use crate::render::splat::prefix_sums::{BlockSums, PrefixSums};
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
+use glam::Vec2;
 use std::sync::Arc;
 
 /// Maximum number of paths of a wave over the number of rays of the lattices. A wave grows where both lobes are followed.
@@ -40,7 +43,10 @@ const WAVES: u32 = 6;
 
 pub struct Chains {
     pilot: BoundPipeline,
+    weigh: BoundPipeline,
     plan: BoundPipeline,
+    count_rays: BoundPipeline,
+    ray_sums: PrefixSums,
     /// One pipeline for each direction between the two wave buffers.
     trace: [BoundPipeline; 2],
     sums: [BlockSums; 2],
@@ -59,12 +65,17 @@ pub struct Chains {
     pub wave_count: u32,
     /// On mesh receivers, if there are any.
     pub landings: Option<Landings>,
-    /// Lattices after refinement over those before, at most.
-    bands: u32,
+    /// Of every receiver, the estimated relative L1 error that chains leave and their share of its light; then how many halvings
+    /// there was no room for.
+    pub errors: Buffer,
+    /// Relative L1 error to aim for; 0 without one.
+    error: f32,
+    /// Of planar and mesh receivers.
+    receiver_count: usize,
 }
 
 impl Chains {
-    /// `counts_flux`: the passes count the light by where it ends, for [`Self::read_flux_balance`].
+    /// `error`: relative L1 error to aim for. `counts_flux`: the passes count the light by where it ends, for [`Self::read_flux_balance`].
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -72,14 +83,23 @@ impl Chains {
         context: &Arc<Context>,
         scene: &mut DeviceScene,
         levels: &Levels,
+        error: Option<f32>,
         counts_flux: bool,
     ) -> Result<Self> {
         let rays = scene.lattices.ray_capacity;
         let pilot_bytes = scene.lattices.pilot_capacity as usize * size_of::<PilotRay>();
         let pilot_rays = Buffer::new(context, "pilot rays", pilot_bytes as u64)?;
-        let bands = scene.spectrum.coordinate.map_or(1, |_| MAX_BANDS);
-        let lattice_bytes = (bands * scene.lattices.capacity) as usize * size_of::<ChainLattice>();
-        let refined = Buffer::new(context, "refined lattices", lattice_bytes as u64)?;
+        let cells = u64::from(scene.lattices.pilot_capacity);
+        let ray_cells = Buffer::new(context, "cells of lattices", 4 * cells)?;
+        let ray_numbers = Buffer::new(context, "ray numbers", 8 * cells)?;
+        let ray_sums = Buffer::new(context, "ray sums", 8 * cells.div_ceil(SPLAT_GROUP.into()))?;
+        let lattices = u64::from(scene.lattices.capacity);
+        let of_lattices = |name, bytes: usize| Buffer::new(context, name, lattices * bytes as u64);
+        let pilots = of_lattices("pilots of lattices", size_of::<LatticePilot>())?;
+        let plans = of_lattices("plans of lattices", size_of::<LatticePlan>())?;
+        let receivers = (scene.receivers.planar_count + scene.receivers.mesh_count()) as usize;
+        let fluxes = of_lattices("fluxes of lattices", 16 * receivers)?;
+        let errors = Buffer::new(context, "errors of chains", 8 * (receivers as u64 + 1))?;
         let path_capacity = (PATHS_PER_RAY * f64::from(rays)) as u32;
         let mut splat_capacity = (FOOTPRINTS_PER_RAY * f64::from(rays)) as u32;
         if scene.spectrum.coordinate.is_some() {
@@ -117,18 +137,31 @@ impl Chains {
         let compute = |shader, own: &[_]| scene.compute_with(constants, context, shader, own);
 
         let buffer = Resource::Buffer;
-        let coarse = ("lattices", buffer(&scene.lattices.buffer));
+        let lattices = ("lattices", buffer(&scene.lattices.buffer));
         let lights = ("lights", buffer(&scene.lattices.lights));
         let pilot_rays = ("pilot_rays", buffer(&pilot_rays));
-        let own = [coarse, lights, pilot_rays];
+        let own = [lattices, lights, pilot_rays];
         let pilot = scene.compute(context, &shaders::PILOT_CHAINS_COMP, &own)?;
+        let lattice_pilots = ("lattice_pilots", buffer(&pilots));
+        let lattice_fluxes = ("lattice_fluxes", buffer(&fluxes));
+        let lattice_plans = ("lattice_plans", buffer(&plans));
+        let cells = ("ray_cells", buffer(&ray_cells));
+        let own = [lattices, pilot_rays, lattice_pilots, lattice_fluxes, cells];
+        let weigh = scene.compute(context, &shaders::WEIGH_LATTICES_COMP, &own)?;
         let own = [
-            coarse,
-            pilot_rays,
-            ("refined", buffer(&refined)),
+            lattices,
+            lattice_pilots,
+            lattice_fluxes,
+            lattice_plans,
+            ("chain_errors", buffer(&errors)),
             ("waves", buffer(&waves[0])),
         ];
         let plan = compute(&shaders::PLAN_CHAINS_COMP, &own)?;
+        let numbers_of_rays = ("ray_numbers", buffer(&ray_numbers));
+        let own = [lattices, lattice_plans, cells, numbers_of_rays];
+        let count_rays = scene.compute(context, &shaders::COUNT_RAYS_COMP, &own)?;
+        let sums_of_rays =
+            PrefixSums::new(context, scene, [&ray_numbers, &ray_sums, &waves[0]], None)?;
         let sums_of_flux = ("flux_sums", buffer(&flux_sums));
         // Without mesh receivers, shaders name the landings' buffers but do not access them.
         let of_landings = |name, pick: fn(&LandingBuffers) -> &Buffer| {
@@ -136,7 +169,6 @@ impl Chains {
         };
         let landing_sums = of_landings("landing_sums", |of| &of.sums);
         let landing_sizes = of_landings("landing_sizes", |of| &of.sizes);
-        let lattices = ("lattices", buffer(&refined));
         let trace = |from: usize| {
             let own = [
                 lattices,
@@ -148,6 +180,9 @@ impl Chains {
                 ("traced", buffer(&paths[from])),
                 sums_of_flux,
                 of_landings("landing_numbers", |of| &of.numbers),
+                numbers_of_rays,
+                ("ray_sums", buffer(&ray_sums)),
+                cells,
             ];
             compute(&shaders::TRACE_CHAINS_COMP, &own)
         };
@@ -212,7 +247,10 @@ impl Chains {
             .transpose()?;
         Ok(Self {
             pilot,
+            weigh,
             plan,
+            count_rays,
+            ray_sums: sums_of_rays,
             trace,
             sums,
             scan,
@@ -227,7 +265,9 @@ impl Chains {
             splat_capacity,
             wave_count,
             landings,
-            bands,
+            errors,
+            error: error.unwrap_or(0.0),
+            receiver_count: receivers,
         })
     }
 
@@ -255,12 +295,29 @@ impl Chains {
             spread: SPREAD,
             spectral_middle: scene.spectrum.middle(),
             flux_scale: flux::scale(scene.lattices.flux),
+            error: self.error,
         }
     }
 
     /// Clears the sums of flux.
     pub fn record_clear(&self, recorder: &mut Recorder) {
         recorder.zero(&self.flux_sums);
+    }
+
+    /// Sets the relative L1 error to aim for.
+    pub fn set_error(&mut self, error: f32) {
+        if self.error > 0.0 {
+            self.error = error;
+        }
+    }
+
+    /// Whether there was no room for all rays that the error to aim for asks for in the last frame.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn needs_rays(&self) -> Result<bool> {
+        let errors: Vec<Vec2> = self.errors.read(self.receiver_count + 1)?;
+        Ok(self.error > 0.0 && errors[self.receiver_count].x > 0.0)
     }
 
     /// Reads the balance of flux of chains that count it.
@@ -272,16 +329,38 @@ impl Chains {
         flux::read(&self.flux_sums, scale, scene.scene.max_interfaces)
     }
 
-    /// Finds how much light of several surfaces the rays of the lattices bring to the receivers.
+    /// Follows a ray through every cell of the lattices.
     pub fn record_pilot(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let rays = threads(scene.lattices.pilot_count);
         recorder.dispatch(&self.pilot, &self.push(scene, 0), rays);
     }
 
-    /// Refines the lattices, and begins the first wave.
+    /// Adds up what these rays found.
+    pub fn record_weigh(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let threads = [SPLAT_GROUP * scene.lattices.count, 1, 1];
+        recorder.dispatch(&self.weigh, &self.push(scene, 0), threads);
+    }
+
+    /// Chooses how fine each lattice is to be.
     pub fn record_plan(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let threads = [SPLAT_GROUP, 1, 1];
         recorder.dispatch(&self.plan, &self.push(scene, 0), threads);
+    }
+
+    /// Divides the cells of the lattices.
+    pub fn record_count_rays(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let cells = threads(scene.lattices.pilot_count);
+        recorder.dispatch(&self.count_rays, &self.push(scene, 0), cells);
+    }
+
+    /// Numbers the rays within blocks of cells.
+    pub fn record_number_rays(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        (self.ray_sums).record_number(recorder, scene.lattices.pilot_count);
+    }
+
+    /// Numbers the blocks, and begins the first wave.
+    pub fn record_scan_rays(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        (self.ray_sums).record_scan(recorder, scene.lattices.pilot_count, [0, 1]);
     }
 
     /// Finds what the rays of a wave meet.
@@ -305,13 +384,8 @@ impl Chains {
         wave: u32,
         pipelines: &[BoundPipeline; 2],
     ) {
-        let push = ChainPush {
-            // Those of the bands of the spectrum follow the others.
-            lattice_count: self.bands * scene.lattices.count,
-            ..self.push(scene, wave)
-        };
-        let pipeline = &pipelines[wave as usize % 2];
-        recorder.dispatch_indirect(pipeline, &push, &self.waves[wave as usize % 2], 0);
+        let (push, waves) = (self.push(scene, wave), &self.waves[wave as usize % 2]);
+        recorder.dispatch_indirect(&pipelines[wave as usize % 2], &push, waves, 0);
     }
 
     /// Numbers the lobes, footprints and landings of a wave within blocks.

@@ -39,8 +39,8 @@ impl Triangles {
         Ok(used <= recorded)
     }
 
-    /// The largest estimated relative L1 error of a planar receiver in the last frame, and whether more patches than
-    /// `patch_budget` would lower it to what is aimed for.
+    /// The largest estimated relative L1 error of a planar receiver in the last frame, with that of chains, and whether more
+    /// patches than `patch_budget` would lower it to what is aimed for.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.

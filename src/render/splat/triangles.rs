@@ -67,6 +67,8 @@ pub struct Triangles {
     pub traces_corners: bool,
     /// Patches that fit the buffers.
     pub patch_capacity: u32,
+    /// Whether chains light receivers, too.
+    has_chains: bool,
     aim: Aim,
     pub shares: Buffer,
     pub facet_patches: Buffer,
@@ -115,6 +117,7 @@ impl Triangles {
         context: &Arc<Context>,
         scene: &mut DeviceScene,
         levels: &Levels,
+        chain_errors: Option<&Buffer>,
         settings: &Settings,
     ) -> Result<Self> {
         let facets = &scene.facets;
@@ -184,6 +187,7 @@ impl Triangles {
             ("splat_totals", &splat_totals),
             ("triangle_splats", &triangle_splats),
             ("coarse", &levels.coarse),
+            ("chain_errors", chain_errors.unwrap_or(&shares)),
         ];
         let compute = |shader: &'static crate::gpu::Shader, own: &[(&'static str, &Buffer)]| {
             let named = |name| (shader.bindings.iter()).any(|binding| binding.name == name);
@@ -236,6 +240,7 @@ impl Triangles {
             expected_batches: None,
             traces_corners: settings.method == Method::Footprint,
             patch_capacity: patches as u32,
+            has_chains: chain_errors.is_some(),
             aim,
             shares,
             facet_patches,
@@ -268,6 +273,7 @@ impl Triangles {
             patch_budget: self.aim.patch_budget / 17 * 16,
             is_lattice: 0,
             first_splat,
+            has_chains: u32::from(self.has_chains),
         }
     }
 

@@ -1,0 +1,29 @@
+// count rays: divides the cells of the lattices.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+layout(std430, binding = 0) readonly buffer Lattices { ChainLattice lattices[]; };
+layout(std430, binding = 1) readonly buffer Plans { LatticePlan lattice_plans[]; };
+layout(std430, binding = 2) buffer Cells { uint ray_cells[]; };             // see ray_cells.glsl
+layout(std430, binding = 3) writeonly buffer Numbers { uvec2 ray_numbers[]; }; // rays, 0
+#include "chain_push.glsl"
+#include "blocks.glsl"
+#include "ray_cells.glsl"
+
+#define FIRST_CELL(i) lattices[i].first
+
+void main() {
+    uint cell = thread_index();
+    if (cell >= push.pilot_count) return;
+    SEARCH(lattice, 0, push.lattice_count, cell, FIRST_CELL)
+    LatticePlan plan = lattice_plans[lattice];
+    uint rays = 0;
+    if (plan.halvings != NO_RAYS) {
+        uint halvings = cell_halvings(plan, ray_cells[cell]);
+        ray_cells[cell] = pack_cell(halvings, plan.bands);
+        rays = plan.bands << halvings;
+    }
+    ray_numbers[cell] = uvec2(rays, 0);
+}

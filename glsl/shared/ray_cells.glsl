@@ -1,0 +1,53 @@
+// The cells of the lattices, and the rays of each. A cell has one pilot ray. It is then halved across one side and the other by turns, and
+// its parts have a ray for each band of the spectrum. How often depends on what the pilot rays of the cell and of the eight around it found.
+
+// What is in a cell or around it, while the cells are counted.
+const uint NO_CHAINS = 0;
+const uint NEAR_CHAINS = 1;   // light that meets two surfaces or more, but lands nowhere
+const uint NEAR_LANDINGS = 2; // such light that lands
+
+// Halvings that a cell has less than one near landings. Few of the others hold light that lands, but some do: their rays are spread
+// more widely, not left out, so that no light is lost.
+const int FEWER[3] = int[](4, 2, 0);
+
+uint cell_halvings(LatticePlan plan, uint kind) {
+    return uint(max(int(plan.halvings) - FEWER[kind], 0));
+}
+
+// Halvings of a lattice without chains.
+const uint NO_RAYS = 0xffffffffu;
+
+// How often the columns and the rows of a cell are halved.
+uvec2 sides_halved(uint halvings) {
+    return uvec2((halvings + 1) / 2, halvings / 2);
+}
+
+// A cell's halvings, and the bands of its lattice, in a word.
+uint pack_cell(uint halvings, uint bands) {
+    return halvings | bands << 8;
+}
+
+uint halvings_of_cell(uint word) {
+    return word & 0xffu;
+}
+
+uint bands_of_cell(uint word) {
+    return word >> 8;
+}
+
+// The number of surfaces that a pilot ray met, and how far its neighbours disagree about where it lands, from 0 to 1.
+uint pack_pilot(uint interfaces, float incoherent) {
+    return interfaces | uint(clamp(incoherent, 0.0, 1.0) * 65535.0) << 16;
+}
+
+uint interfaces_of_pilot(PilotRay ray) {
+    return ray.interfaces & 0xffffu;
+}
+
+float incoherence_of_pilot(PilotRay ray) {
+    return float(ray.interfaces >> 16) / 65535.0;
+}
+
+bool is_chain(PilotRay ray) {
+    return interfaces_of_pilot(ray) > 1;
+}
