@@ -8,9 +8,13 @@ layout(std430, binding = 0) readonly buffer Lattices { ChainLattice lattices[]; 
 layout(std430, binding = 1) readonly buffer Plans { LatticePlan lattice_plans[]; };
 layout(std430, binding = 2) buffer Cells { uint ray_cells[]; };             // see ray_cells.glsl
 layout(std430, binding = 3) writeonly buffer Numbers { uvec2 ray_numbers[]; }; // rays, 0
+PILOT_RAYS(4)
 #include "chain_push.glsl"
 #include "blocks.glsl"
 #include "ray_cells.glsl"
+
+// Whether light has one way at every surface.
+layout(constant_id = ID_ONLY_MIRRORS) const bool ONLY_MIRRORS = false;
 
 #define FIRST_CELL(i) lattices[i].first
 
@@ -24,6 +28,11 @@ void main() {
         uint halvings = cell_halvings(plan, ray_cells[cell]);
         ray_cells[cell] = pack_cell(halvings, plan.bands);
         rays = plan.bands << halvings;
+        // The ray of a whole cell is its pilot ray.
+        bool is_known = false;
+        if (ONLY_MIRRORS) is_known = halvings == 0;
+        if (COUNTS_FLUX) is_known = false;
+        if (is_known && !is_chain(pilot_ray_at(cell))) rays = 0;
     }
     ray_numbers[cell] = uvec2(rays, 0);
 }

@@ -59,7 +59,8 @@ void main() {
     }
     ReceiverShare share = shares[receiver];
     share.patch_share = FIRST_SHARE * exp2(-chosen);
-    share.error = length(vec2(share.flux > 0.0 && push.error > 0.0 ? facet_share * error_at(chosen) : 0.0, chains.x));
+    float of_facets = share.flux > 0.0 ? facet_share * error_at(chosen) : 0.0;
+    share.error = push.error > 0.0 ? length(vec2(of_facets, chains.x)) : 0.0;
     share.is_limited = is_limited && share.flux > 0.0 ? 1 : 0;
     shares[receiver] = share;
 }

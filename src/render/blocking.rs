@@ -72,9 +72,10 @@ impl Renderer {
     /// Sets the error that the next frame aims for, after a frame that took `time`.
     fn hold_budget(&mut self, time: Duration, reached: Reached, can_grow: bool) {
         if let Some(budget) = &mut self.budget
+            && let Some(error) = reached.error
             && !self.recorder.waits_each_pass()
         {
-            budget.add(time, reached.error);
+            budget.add(time, error);
             self.grows = (can_grow && budget.has_time_for_more()).then_some(reached);
             let (error, is_met) = (budget.error(), budget.is_met());
             self.set_error(error);
@@ -101,19 +102,16 @@ impl Renderer {
     /// Whether the buffers that were too small for a frame can be larger.
     fn can_grow(&self, reached: &Reached) -> bool {
         reached.needs_patches && self.scene.patch_budget < MAX_PATCHES
-            || reached.needs_rays && self.scene.lattices.ray_capacity < MAX_RAYS
+            || reached.lacking_halvings > 0 && self.scene.lattices.ray_capacity < MAX_RAYS
     }
 
-    /// Binds the stages to buffers for four times as many of what the frame needed.
+    /// Binds the stages to buffers for four times as many patches, or for all rays that the frame needed.
     fn grow(&mut self, reached: &Reached) -> Result<()> {
         self.overlays = None;
         if reached.needs_patches && self.scene.patch_budget < MAX_PATCHES {
             self.scene.patch_budget *= 4;
         }
-        if reached.needs_rays {
-            let rays = &mut self.scene.lattices.ray_capacity;
-            *rays = rays.saturating_mul(4).min(MAX_RAYS.max(*rays));
-        }
+        self.scene.lattices.ray_capacity = self.rays_with(reached.lacking_halvings);
         self.caustic = self.bind_stages()?;
         Ok(())
     }
@@ -133,17 +131,29 @@ impl Renderer {
             return Ok(None);
         }
         let levels = Levels::new(&self.context, &self.scene)?;
-        let chains = Chains::new(
-            &self.context,
-            &mut self.scene,
-            &levels,
-            self.settings.error,
-            true,
-        )?;
-        frame::upload(&mut self.recorder, &mut self.scene)?;
-        count_flux(&mut self.recorder, &self.scene, &chains)?;
-        self.recorder.submit()?;
-        chains.read_flux_balance(&self.scene).map(Some)
+        let rays = self.scene.lattices.ray_capacity;
+        loop {
+            let error = self.settings.error;
+            let chains = Chains::new(&self.context, &mut self.scene, &levels, error, true)?;
+            frame::upload(&mut self.recorder, &mut self.scene)?;
+            count_flux(&mut self.recorder, &self.scene, &chains)?;
+            self.recorder.submit()?;
+            let needed = self.rays_with(chains.lacking_halvings()?);
+            if needed == self.scene.lattices.ray_capacity {
+                // The stages of the frame are bound to buffers of their own size.
+                self.scene.lattices.ray_capacity = rays;
+                return chains.read_flux_balance(&self.scene).map(Some);
+            }
+            self.scene.lattices.ray_capacity = needed;
+            self.begin()?;
+        }
+    }
+
+    /// Room for the rays of chains that twice as many would need so often, as far as it may grow.
+    fn rays_with(&self, doublings: u32) -> u32 {
+        let rays = self.scene.lattices.ray_capacity;
+        let needed = u64::from(rays) << doublings.min(16);
+        needed.min(MAX_RAYS.max(rays).into()) as u32
     }
 
     /// What the last [`Renderer::caustic`] left out. [`Renderer::notes`] has what concerns the whole scene, in sentences.

@@ -131,11 +131,12 @@ fn by_footprints(
 
 /// What a frame with an error to aim for reached.
 pub struct Reached {
-    /// Estimated relative L1 error of suns and lamps on the planar receiver where it is largest.
-    pub error: f32,
-    /// Whether more patches, or more rays of chains, than the buffers have room for would lower it to what is aimed for.
+    /// Estimated relative L1 error of suns and lamps on the planar receiver where it is largest; `None` if they light none.
+    pub error: Option<f32>,
+    /// Whether more patches than the buffers have room for would lower it to what is aimed for.
     pub needs_patches: bool,
-    pub needs_rays: bool,
+    /// How often the rays of chains would have to be doubled for that.
+    pub lacking_halvings: u32,
 }
 
 impl Caustic {
@@ -181,7 +182,7 @@ impl Caustic {
     pub fn estimated_error(&self) -> Result<Option<f32>> {
         match self {
             Self::Splat { projectors, .. } if projectors.is_empty() => {
-                Ok(self.reached()?.map(|reached| reached.error))
+                Ok(self.reached()?.and_then(|reached| reached.error))
             }
             _ => Ok(None),
         }
@@ -235,26 +236,26 @@ impl Caustic {
     /// [`Error::Device`] where the device fails.
     pub fn reached(&self) -> Result<Option<Reached>> {
         let Self::Splat {
-            triangles: Some(triangles),
-            chains,
-            ..
+            triangles, chains, ..
         } = self
         else {
             return Ok(None);
         };
-        if !triangles.has_error_target() {
-            return Ok(None);
+        let (mut error, mut needs_patches, mut lacking_halvings) = (None, false, 0);
+        if let Some(triangles) = triangles.as_deref().filter(|of| of.has_error_target()) {
+            let reached = triangles.error()?;
+            (error, needs_patches) = (Some(reached.0), reached.1);
         }
-        let (error, needs_patches) = triangles.error()?;
-        let needs_rays = match chains {
-            Some(chains) => chains.needs_rays()?,
-            None => false,
-        };
-        Ok(Some(Reached {
-            error,
-            needs_patches,
-            needs_rays,
-        }))
+        if let Some(chains) = chains {
+            lacking_halvings = chains.lacking_halvings()?;
+        }
+        Ok(
+            (error.is_some() || lacking_halvings > 0).then_some(Reached {
+                error,
+                needs_patches,
+                lacking_halvings,
+            }),
+        )
     }
 
     /// Whether the last blocking frame recorded all that was to be drawn.

@@ -1,12 +1,13 @@
 //! The error that is aimed for, estimated and found, on meshes that are irregular.
 
 use crate::common::{
-    Device, assert_error, brighter, image, l1, load, moved, nephroid, only_receiver, options,
-    scene_path,
+    Device, assert_error, brighter, image, l1, load, load_with_chains, moved, nephroid,
+    only_receiver, options, scene_path,
 };
 use approx::relative_eq;
 use assert_cmd::assert::Assert;
 use glam::DVec3;
+use nephroid::measure::stress::random::random_scene;
 use nephroid::render::{MAX_PATCHES, Settings};
 use nephroid::scene::Scene;
 use predicates::prelude::*;
@@ -67,6 +68,46 @@ fn the_error_is_kept_and_estimated() {
         // 5 % too bright.
         let (_, perturbed, _) = errors(&device, &brighter(scene.clone(), 1.05), &scene, target);
         assert_error(&format!("{name}, target 2 %"), 0.025, found, perturbed);
+    }
+}
+
+/// The same with light that rough mirrors throw on themselves. Its rays are few before they are refined where it lands.
+#[test]
+fn the_error_of_chains_is_kept_and_estimated() {
+    let device = Device::open();
+    let with_chains =
+        |name: &str| only_receiver(load_with_chains(&format!("{name}.toml")), "floor", TEXELS);
+    let random = |number| {
+        let mut scene = random_scene(number);
+        let receiver = scene.object_index("receiver").unwrap();
+        scene.objects[receiver].name = "floor".into();
+        only_receiver(scene, "floor", TEXELS)
+    };
+    for (name, scene, target, bound) in [
+        ("mesh_part", with_chains("mesh_part"), 0.02, 0.02),
+        ("mesh_scan", with_chains("mesh_scan"), 0.02, 0.03),
+        ("random 8", random(8), 0.05, 0.06),
+        ("random 12", random(12), 0.05, 0.06),
+    ] {
+        let (estimated, found, _) = errors(&device, &scene, &scene, target);
+        println!("{name}: estimated {estimated}, found {found}");
+        let target = f64::from(target);
+        assert!(
+            estimated <= 1.01 * target && (0.5..=2.0).contains(&(estimated / found)),
+            "{name}: {estimated} {found}"
+        );
+        // Without that light.
+        let one = Scene {
+            max_interfaces: 1,
+            ..scene.clone()
+        };
+        let (_, without, _) = errors(&device, &one, &scene, target as f32);
+        assert_error(
+            &format!("{name} with chains, target {target}"),
+            bound,
+            found,
+            without,
+        );
     }
 }
 

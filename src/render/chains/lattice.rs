@@ -24,7 +24,7 @@ const RAYS_AT_2_PERCENT: f64 = 16_384.0;
 const RAYS: [f64; 2] = [1024.0, 262_144.0];
 /// Number of rays of all lattices over the maximum number of one lattice, at most: the shares of light add up to 1, and a lattice
 /// of a small share needs few.
-const RAYS_OF_ALL: f64 = 2.0;
+const RAYS_OF_ALL: f64 = 2.25;
 /// Number of rays of all lattices, at most.
 pub const MAX_RAYS: u32 = 1 << 19;
 /// Number of rays before refinement: of all lattices, about, and at least of one. A part of the light that is not met by these rays is
@@ -50,7 +50,7 @@ pub struct DeviceLattices {
     /// Number of rays before refinement, and its maximum.
     pub pilot_count: u32,
     pub pilot_capacity: u32,
-    /// Maximum number of rays of a frame. A blocking frame that needs more is repeated with four times as many.
+    /// Maximum number of rays of a frame. A blocking frame that needs more is repeated.
     pub ray_capacity: u32,
     /// Upper bound of the flux of all rays in any channel, W.
     pub flux: f64,

@@ -59,6 +59,7 @@ pub struct Chains {
     /// Of all waves.
     pub footprints: Buffer,
     quads: Buffer,
+    ray_capacity: u32,
     path_capacity: u32,
     splat_capacity: u32,
     /// Number of waves.
@@ -158,8 +159,8 @@ impl Chains {
         ];
         let plan = compute(&shaders::PLAN_CHAINS_COMP, &own)?;
         let numbers_of_rays = ("ray_numbers", buffer(&ray_numbers));
-        let own = [lattices, lattice_plans, cells, numbers_of_rays];
-        let count_rays = scene.compute(context, &shaders::COUNT_RAYS_COMP, &own)?;
+        let own = [lattices, lattice_plans, cells, numbers_of_rays, pilot_rays];
+        let count_rays = compute(&shaders::COUNT_RAYS_COMP, &own)?;
         let sums_of_rays =
             PrefixSums::new(context, scene, [&ray_numbers, &ray_sums, &waves[0]], None)?;
         let sums_of_flux = ("flux_sums", buffer(&flux_sums));
@@ -261,6 +262,7 @@ impl Chains {
             flux_sums,
             footprints,
             quads,
+            ray_capacity: rays,
             path_capacity,
             splat_capacity,
             wave_count,
@@ -285,7 +287,7 @@ impl Chains {
             receiver_count: scene.receivers.planar_count,
             mesh_count: scene.receivers.mesh_count(),
             max_interfaces: scene.scene.max_interfaces,
-            ray_capacity: scene.lattices.ray_capacity,
+            ray_capacity: self.ray_capacity,
             path_capacity: self.path_capacity,
             splat_capacity: self.splat_capacity,
             landing_capacity: self.path_capacity,
@@ -311,13 +313,17 @@ impl Chains {
         }
     }
 
-    /// Whether there was no room for all rays that the error to aim for asks for in the last frame.
+    /// How often the rays of the last frame would have to be doubled to reach the error to aim for; 0 if there was room for all, and
+    /// where meshes are receivers, on which no error is aimed for.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
-    pub fn needs_rays(&self) -> Result<bool> {
+    pub fn lacking_halvings(&self) -> Result<u32> {
+        if self.error == 0.0 || self.landings.is_some() {
+            return Ok(0);
+        }
         let errors: Vec<Vec2> = self.errors.read(self.receiver_count + 1)?;
-        Ok(self.error > 0.0 && errors[self.receiver_count].x > 0.0)
+        Ok(errors[self.receiver_count].x as u32)
     }
 
     /// Reads the balance of flux of chains that count it.
