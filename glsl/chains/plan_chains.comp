@@ -22,7 +22,7 @@ const float MAX_ADDED = 0.5;
 const float DIM_RECEIVER = 0.01;
 // Error of the light of a lattice, from three figures that were fitted to glass balls, tumblers and irregular meshes with an error of 1 to
 // 50 %. Over the root of the number of rays that land: that of kernels, and in addition where their neighbours disagree.
-const float SMOOTH_ERROR = 1.5;
+const float SMOOTH_ERROR = 2.5;
 const float SCATTERED_ERROR = 8.0;
 // That of cells whose neighbours disagree: a part of their light lands elsewhere.
 const float INCOHERENT_ERROR = 0.4;
