@@ -372,7 +372,7 @@ fn lens() {
 
 #[test]
 fn prism() {
-    chains_keep_the_energy("prism.toml", 0.014, 0.025);
+    chains_keep_the_energy("prism.toml", 0.005, 0.025);
 }
 
 #[test]
