@@ -16,19 +16,17 @@ PILOT_RAYS(4)
 // Whether light has one way at every surface.
 layout(constant_id = ID_ONLY_MIRRORS) const bool ONLY_MIRRORS = false;
 
-#define FIRST_CELL(i) lattices[i].first
-
 void main() {
     uint cell = thread_index();
     if (cell >= push.pilot_count) return;
-    SEARCH(lattice, 0, push.lattice_count, cell, FIRST_CELL)
+    LATTICE_OF(lattice, cell)
     LatticePlan plan = lattice_plans[lattice];
     uint rays = 0;
     if (plan.halvings != NO_RAYS) {
         uint halvings = cell_halvings(plan, ray_cells[cell]);
         ray_cells[cell] = pack_cell(halvings, plan.bands);
         rays = plan.bands << halvings;
-        // The ray of a whole cell is its pilot ray.
+        // The ray of an undivided cell is its pilot ray, which has shown whether it chains.
         bool is_known = false;
         if (ONLY_MIRRORS) is_known = halvings == 0;
         if (COUNTS_FLUX) is_known = false;

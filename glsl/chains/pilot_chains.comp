@@ -100,15 +100,16 @@ PilotRay follow(ChainPath path, uint seed, float finest, out PilotEnd end) {
 void main() {
     uint index = thread_index();
     if (index >= push.pilot_count) return;
-    ChainLattice lattice = lattices[lattice_of(index)];
-    uint cell = index - lattice.first;
-    vec2 place = vec2(cell % lattice.columns, cell / lattice.columns) + WITHIN_CELL;
+    LATTICE_OF(number, index)
+    ChainLattice lattice = lattices[number];
+    uvec2 cell = column_and_row(lattice, index - lattice.first);
+    vec2 place = vec2(cell) + WITHIN_CELL;
     float finest = exp2(-float(lattice.refinements));
     PilotEnd end;
     PilotRay ray = follow(ray_at(lattice, place, uvec2(0)), index, finest, end);
     // The rays beside it in the refined lattice. Where they take another way, or their ends are not evenly spaced, the footprint of the
     // ray stands for light that lands elsewhere. Along one axis for even cells, and along the other for odd ones.
-    vec2 beside = (cell / lattice.columns + cell) % 2 == 0 ? vec2(finest, 0.0) : vec2(0.0, finest);
+    vec2 beside = (cell.y + index - lattice.first) % 2 == 0 ? vec2(finest, 0.0) : vec2(0.0, finest);
     PilotEnd ends[2];
     uint agree = 0;
     for (int i = 0; i < (ray.interfaces > 1 && ray.flux != 0.0 ? 2 : 0); i++) {

@@ -45,7 +45,7 @@ uint receivers() {
 // Error of the light of chains of a lattice with so many halvings, relative to this light.
 float own_error(ChainLattice lattice, LatticePilot pilot, uint halvings) {
     float rays = max(float(pilot.landings), UNSEEN) * exp2(float(halvings));
-    // Borders between ways of the light are crossed by a part of the cells that falls with their size.
+    // The share of the cells that cross a discontinuity of the light falls with their side.
     float incoherent = pilot.landings == 0 ? UNSEEN_INCOHERENCE : min(pilot.incoherent / pilot.flux, 0.98);
     float crossed = -log(1.0 - incoherent) * exp2(float(lattice.refinements) - 0.5 * float(halvings));
     float sparse = (SMOOTH_ERROR + SCATTERED_ERROR * incoherent) * inversesqrt(rays);

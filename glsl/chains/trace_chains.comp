@@ -55,13 +55,14 @@ ChainPath ray_of_lattices(uint ray) {
     uint first = block * SPLAT_GROUP;
     SEARCH(cell, first, min(SPLAT_GROUP, push.pilot_count - first), ray, FIRST_RAY)
     ray -= ray_numbers[cell].x;
-    ChainLattice lattice = lattices[lattice_of(cell)];
+    LATTICE_OF(number, cell)
+    ChainLattice lattice = lattices[number];
     uint halvings = halvings_of_cell(ray_cells[cell]);
     uint bands = bands_of_cell(ray_cells[cell]);
     uint band = ray >> halvings;
     uint part = ray & (1u << halvings) - 1u;
     uvec2 halved = sides_halved(halvings);
-    uvec2 place = uvec2((cell - lattice.first) % lattice.columns, (cell - lattice.first) / lattice.columns) << halved;
+    uvec2 place = column_and_row(lattice, cell - lattice.first) << halved;
     place += uvec2(part & (1u << halved.x) - 1u, part >> halved.x);
     uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
     ChainPath path = ray_at(lattice, vec2(place) + WITHIN_CELL, halved);

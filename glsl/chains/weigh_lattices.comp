@@ -17,7 +17,7 @@ shared LatticePilot pilots[SPLAT_GROUP];
 
 // What the ray of a cell and those of the cells around it found.
 uint kind_of(ChainLattice lattice, uint cell) {
-    ivec2 at = ivec2(cell % lattice.columns, cell / lattice.columns);
+    ivec2 at = ivec2(column_and_row(lattice, cell));
     ivec2 low = max(at - 1, 0);
     ivec2 high = min(at + 1, ivec2(lattice.columns, lattice.rows) - 1);
     uint kind = NO_CHAINS;

@@ -1,17 +1,10 @@
-// The rays of the lattices, as they leave their lights. The including shader declares `lattices`, and includes chain.glsl.
+// The rays of the lattices, as they leave their lights. The including shader includes chain.glsl.
 
 // Coarsest sub-lattice: every 4^MAX_LATTICE_LEVEL-th ray.
 const uint MAX_LATTICE_LEVEL = 3;
 // Where a ray passes its cell. Off the middle and the diagonals, since the edges of regular meshes often lie there, and a ray that
 // meets an edge exactly may miss both triangles.
 const vec2 WITHIN_CELL = vec2(0.4716, 0.5387);
-#define FIRST_CELL(i) lattices[i].first
-
-// The number of the lattice of cell number `cell`.
-uint lattice_of(uint cell) {
-    SEARCH(found, 0, push.lattice_count, cell, FIRST_CELL)
-    return found;
-}
 
 // The ray at `place` of a lattice, in cells whose columns and rows are halved `halved` times, as it leaves its light. Without its band
 // and its level.

@@ -2,6 +2,15 @@
 // its parts have a ray for each band of the spectrum. How often depends on what the pilot rays of the cell and of the eight around it found.
 // The including shader includes chain_push.glsl.
 
+// Finds the number of the lattice of a cell. A shader that uses it declares `lattices` and includes blocks.glsl.
+#define FIRST_CELL(i) lattices[i].first
+#define LATTICE_OF(found, cell) SEARCH(found, 0, push.lattice_count, cell, FIRST_CELL)
+
+// Column and row of a cell within its lattice; `cell` counts from the lattice's first.
+uvec2 column_and_row(ChainLattice lattice, uint cell) {
+    return uvec2(cell % lattice.columns, cell / lattice.columns);
+}
+
 // What is in a cell or around it, while the cells are counted.
 const uint NO_CHAINS = 0;
 const uint NEAR_CHAINS = 1;   // light that meets two surfaces or more, but lands nowhere
@@ -12,8 +21,8 @@ const uint NEAR_LANDINGS = 2; // such light that lands
 const int FEWER[3] = int[](4, 2, 0);
 
 uint cell_halvings(LatticePlan plan, uint kind) {
-    // Where light that does not land is counted as closely. Without an error to aim for, and on meshes, whose landings cost more than
-    // rays, an even lattice has fewer landings that are wide.
+    // The balance of flux counts light that does not land, too. With a number of samples, and on meshes, where a landing costs more than
+    // a ray, an even lattice has fewer wide landings.
     if (COUNTS_FLUX) return plan.halvings;
     if (HAS_ATLAS) return plan.halvings;
     if (push.error == 0.0) return plan.halvings;

@@ -187,6 +187,7 @@ impl Triangles {
             ("splat_totals", &splat_totals),
             ("triangle_splats", &triangle_splats),
             ("coarse", &levels.coarse),
+            // Without chains, the shader names this buffer but does not read it.
             ("chain_errors", chain_errors.unwrap_or(&shares)),
         ];
         let compute = |shader: &'static crate::gpu::Shader, own: &[(&'static str, &Buffer)]| {
