@@ -234,15 +234,15 @@ fn light_between_parallel_mirrors_ends() {
 /// alone is an error of 5.9 %, whatever the number of samples.
 #[test]
 fn against_the_reference() {
-    for (name, receiver, side, bound) in [
-        ("glass_ball.toml", "floor", 128, 0.06),
-        ("tumbler.toml", "floor", 48, 0.11),
-        ("two_mirrors.toml", "floor", 48, 0.04),
-        ("lens.toml", "paper", 64, 0.04),
-        ("engineered.toml", "screen", 64, 0.04),
+    for (name, receiver, side, noise, bound) in [
+        ("glass_ball.toml", "floor", 128, 0.02, 0.06),
+        ("tumbler.toml", "floor", 48, 0.03, 0.11),
+        ("two_mirrors.toml", "floor", 48, 0.02, 0.04),
+        ("lens.toml", "paper", 64, 0.02, 0.04),
+        ("engineered.toml", "screen", 64, 0.02, 0.04),
     ] {
         let scene = only_receiver(load_with_chains(name), receiver, [side, side]);
-        let truth = solve(&scene, receiver, [side, side], &options(0.02));
+        let truth = solve(&scene, receiver, [side, side], &options(noise));
         let truth_map = image(&truth);
         let device = Device::open();
         let settings = Settings {
