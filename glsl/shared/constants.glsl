@@ -129,10 +129,17 @@ const float MIN_PATCHES_PER_ERROR = 8.0;
 // `Facet.place`: the number of the facet among those of its triangle, and from this bit on their number along an edge.
 const int FACET_DIVISION_SHIFT = 16;
 // Positions in the packed triangles of a patch, see patch_splats.glsl: of the number of parts, of whether rays decide for each
-// triangle, and of whether the patch is clipped.
+// triangle, of whether the patch is clipped, and of the number of pieces of the light's disc.
 const int PARTS_SHIFT = 8;
 const int MIXED_SHIFT = 10;
 const int CLIPPED_SHIFT = 11;
+const int PIECES_SHIFT = 12;
+// Height of an image over the blur below which a kernel may stand for it.
+const float KERNEL_HEIGHT = 0.3;
+// Variance of a light's image below which a texel alone gives the profile, texels^2.
+const float LEAST_DISC = 0.01;
+// Largest number of pieces that a light's disc is divided into.
+const uint MAX_PIECES = 16;
 // Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
 const float MAX_TRIANGLES_PER_PATCH = 24.0;
 // `TriangleSplat.upper` of a splat that is drawn as the triangle around it, not as a rectangle.

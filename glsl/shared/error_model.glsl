@@ -28,17 +28,15 @@ float shadow_error(float share, float longest, float blur, float n) {
     return share / (2.0 * n) * min(longest / (n * blur), 1.0);
 }
 
-// Share of a facet's light whose profile is that of a parallelogram or a round kernel in place of the light's disc. Without a
-// disc the blur is 1. The images of neighbours continue a facet's image and hide the profile, unless the facet is flat, smaller
-// than the blur, and the surface ends or bends at its outline.
-float profile_error(float height, float blur, float exposed) {
-    float shown = 6.0 * exposed * min(blur / max(height, 1e-3), 1.0);
-    return max(1.0 - 1.0 / (blur * blur), 0.0) * max(shown, 1.0);
+// Share of a facet's light that is at the wrong place because the profile is that of a parallelogram in place of the light's disc.
+// Without a disc the blur is 1. The images of neighbours continue a facet's image and hide the profile.
+float profile_error(float blur) {
+    return 0.01 * max(1.0 - 1.0 / (blur * blur), 0.0);
 }
 
 // The part of the estimated error that does not depend on the number of patches.
 float fixed_error(float of_profiles) {
-    return 0.01 * of_profiles + 0.001;
+    return of_profiles + 0.001;
 }
 
 // The relative L1 error from the sums of these errors over a receiver. The factors are fitted to the true errors of six

@@ -283,7 +283,7 @@ struct Facet {
     uint corner0;    // indices into FacetCorners
     uint corner1;
     uint corner2;
-    float exposed;   // share of a flat facet's outline at which the surface ends or bends; 0 where normals are interpolated
+    float exposed;   // share of the triangle's outline at which the surface ends or bends
     uint unused0;
     uint unused1;
 };
@@ -307,7 +307,7 @@ struct FacetImage {
     float flux;               // W
     uint deviation_longest;   // two halves: largest distance of a midpoint from the straight side; longest side; texels
     uint height_blur;         // two halves: height over that side; side of the blur's square; texels
-    float profile;            // see profile_error()
+    uint outline;             // two halves: see outline_of()
 };
 
 // What a receiver's images are divided for.
@@ -316,6 +316,7 @@ struct ReceiverShare {
     float patch_share; // part of the flux that a patch has
     float error;       // estimated relative L1 error
     uint is_limited;   // 1: patch_budget is too small for the error to aim for
+    uint pieces;       // of the light's disc for facets that show their outline
 };
 
 // The image of a part of a patch on a planar receiver under a narrow light: a triangle, blurred by the parallelogram

@@ -8,6 +8,9 @@
 // Kernels of at most this many texels are normalised over the texels that they touch: a sum over so few texels differs from
 // the integral.
 const float MAX_NORMALISED_TEXELS = 36.0;
+// The same of kernels that are at most so many texels wide along a row or a column.
+const float MAX_NORMALISED_WIDTH = 6.0;
+const float MAX_TEXELS_OF_LINE = 600.0;
 
 struct Kernel {
     Profile profile;

@@ -34,9 +34,12 @@ vec2 box_of(LevelKernel here) {
     return ceil(here.centre + here.half_size) - floor(here.centre - here.half_size) - 0.5;
 }
 
+// Whether the kernel is normalised over the texels that it touches: where these are few, or few beside each other, as along a line of
+// light in a row of texels.
 bool is_small(LevelKernel here) {
     vec2 box = box_of(here);
-    return box.x * box.y <= MAX_NORMALISED_TEXELS;
+    float texels = box.x * box.y;
+    return texels <= MAX_NORMALISED_TEXELS || min(box.x, box.y) <= MAX_NORMALISED_WIDTH && texels <= MAX_TEXELS_OF_LINE;
 }
 
 // Sum of a small kernel over the texels that it touches, relative to its peak. With `folded`, the kernel shifted by `shift` is

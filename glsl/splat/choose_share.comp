@@ -1,16 +1,18 @@
-// choose_share: chooses the largest patch share with which a receiver's estimated error is at most the one to aim for.
+// choose_share: chooses the fewest pieces of the light's disc for facets that show their outline, and the largest patch share with which a
+// receiver's estimated error is at most the one to aim for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
 
 layout(local_size_x = SPLAT_GROUP) in;
-// Per block of pairs, receiver and level: errors of images, of shadows and of profiles, and patches beyond one for
-// each pair.
+// Per block of pairs, receiver and level: errors of images, of shadows, of profiles with PIECES[level] pieces of the light's disc, and patches
+// beyond one for each pair.
 layout(std430, binding = 0) readonly buffer Errors { vec4 errors[]; };
 layout(std430, binding = 1) buffer Shares { ReceiverShare shares[]; };
 layout(std430, binding = 2) readonly buffer ChainErrors { vec2 chain_errors[]; }; // see plan_chains.comp
 #include "facet_push.glsl"
 #include "error_model.glsl"
+#include "outline_error.glsl"
 
 shared vec4 sums[SHARE_LEVELS];
 
@@ -38,7 +40,11 @@ void main() {
     float facet_share = max(1.0 - chains.y, 0.01);
     float chosen = log2(FIRST_SHARE / push.patch_share);
     bool is_limited = false;
+    uint pieces = 0;
     if (push.error > 0.0) {
+        while (pieces < 2 && sums[pieces].z > OUTLINE_SHARE * push.error) pieces++;
+        float of_profiles = sums[pieces].z;
+        for (uint i = 0; i < SHARE_LEVELS; i++) sums[i].z = of_profiles;
         // Receivers share the budget.
         float budget = float(push.patch_budget) / float(push.receiver_count);
         float finest = 0.0;
@@ -62,5 +68,6 @@ void main() {
     float of_facets = share.flux > 0.0 ? facet_share * error_at(chosen) : 0.0;
     share.error = push.error > 0.0 ? length(vec2(of_facets, chains.x)) : 0.0;
     share.is_limited = is_limited && share.flux > 0.0 ? 1 : 0;
+    share.pieces = PIECES[pieces];
     shares[receiver] = share;
 }

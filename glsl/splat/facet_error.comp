@@ -8,11 +8,12 @@ FACETS(0)
 FACET_IMAGES(1)
 layout(std430, binding = 2) readonly buffer Shares { ReceiverShare shares[]; };
 layout(std430, binding = 3) readonly buffer Visibility { uint visibility[]; };
-// Per block of pairs, receiver and level: errors of images, of shadows and of profiles, and patches beyond one for
-// each pair.
+// Per block of pairs, receiver and level: errors of images, of shadows, of profiles with PIECES[level] pieces of the light's disc, and patches
+// beyond one for each pair.
 layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
 #include "facet_push.glsl"
 #include "error_model.glsl"
+#include "outline_error.glsl"
 #include "facet_visibility.glsl"
 #include "blocks.glsl"
 
@@ -45,7 +46,14 @@ void main() {
         vec2 first = unpackHalf2x16(image.deviation_longest);
         vec2 second = unpackHalf2x16(image.height_blur);
         float blur = max(second.y, 1e-3);
-        float of_profiles = share * image.profile;
+        vec2 outline = unpackHalf2x16(image.outline);
+        float of_profile = profile_error(blur);
+        for (uint level = 0; level < 3; level++) sums[level].z += share * of_profile;
+        // A loop, which lavapipe leaves out where no facet of a few shows its outline.
+        for (uint level = 0; level < 3 && outline.y > 0.0; level++) {
+            uint pieces = needs_pieces(outline, blur, push.error) ? PIECES[level] : 1;
+            sums[level].z += share * max(outline_error(outline, blur, pieces) - of_profile, 0.0);
+        }
         float mixed = push.can_occlude != 0 && is_mixed(pair, receiver) ? 1.0 : 0.0;
         for (uint level = 0; level < SHARE_LEVELS; level++) {
             float patch_share = FIRST_SHARE / float(1 << level);
@@ -59,7 +67,7 @@ void main() {
             float crossed = (2.0 * parts - 1.0) * mixed;
             float finer = max(n, mixed_division(of_patch, longest, blur, patch_share));
             sums[level] += vec4(parts * parts * image_error(of_patch, deviation, longest, blur, n),
-                crossed * shadow_error(of_patch, longest, blur, finer), of_profiles, parts * parts - 1.0);
+                crossed * shadow_error(of_patch, longest, blur, finer), 0.0, parts * parts - 1.0);
         }
     }
     for (uint level = 0; level < SHARE_LEVELS; level++) errors[(block * push.receiver_count + receiver) * SHARE_LEVELS + level] = sums[level];

@@ -21,12 +21,20 @@ layout(std430, binding = 8) buffer Visibility { uint visibility[]; };
 #include "kernel.glsl"
 #include "facet.glsl"
 #include "facet_image.glsl"
-#include "error_model.glsl"
 #include "facet_visibility.glsl"
 #include "blocks.glsl"
 
+// Largest length that half precision holds, texels.
+const float LARGEST = 6e4;
+
+// Height of the image of the whole triangle that the facet is a part of, and the share of its outline at which the surface ends or bends.
+// `height` is that of the facet's image. Parts of a sky are rectangles, whose profile is a parallelogram.
+vec2 outline_of(Facet facet, Light light, float height) {
+    return vec2(min(height * float(facet.place >> FACET_DIVISION_SHIFT), LARGEST), light.half_azimuth > 0.0 ? 0.0 : facet.exposed);
+}
+
 // Adds the facet's image by one lobe on `receiver`. Returns whether the facet may light the receiver.
-bool add_image(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver, float exposed, inout FacetImage sum) {
+bool add_image(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver, Facet facet, inout FacetImage sum) {
     CellImage image = image_of(surface, cell, rays, light, receiver);
     float deviation = deviation_of(image);
     float blur = blur_side(image);
@@ -41,13 +49,12 @@ bool add_image(Surface surface, Cell cell, CellRays rays, Light light, PlanarRec
     vec2 inside = image.is_whole ? max(min(high, tile_high) - max(low, tile_low), 0.0) / max(high - low, 1e-6) : vec2(1.0);
     float height = height_of(image);
     float flux = dot(image.flux, vec3(1.0 / 3.0)) * inside.x * inside.y;
-    const float LARGEST = 6e4;
     // The brighter lobe stands for both.
     if (flux >= sum.flux) {
         vec2 first = vec2(image.is_whole ? deviation : 0.0, longest_side(image));
         sum.deviation_longest = packHalf2x16(min(first, LARGEST));
         sum.height_blur = packHalf2x16(min(vec2(height, blur), LARGEST));
-        sum.profile = profile_error(height, blur, exposed);
+        sum.outline = packHalf2x16(outline_of(facet, light, height));
     }
     sum.flux += flux;
     return true;
@@ -69,9 +76,9 @@ void main() {
     bool refracts = ONLY_MIRRORS ? false : surface.eta != 0.0 && push.lobes > 1 && !is_solid(surface.object);
     for (uint index = 0; index < push.receiver_count; index++) {
         PlanarReceiver receiver = planar_receiver_at(index);
-        FacetImage sum = FacetImage(0.0, 0, 0, 0.0);
-        if (is_lit && add_image(surface, cell, reflected, light, receiver, facet.exposed, sum)) targets |= target_bit(index * push.lobes);
-        if (refracts && add_image(surface, cell, refracted, light, receiver, facet.exposed, sum)) targets |= target_bit(index * push.lobes + 1);
+        FacetImage sum = FacetImage(0.0, 0, 0, 0);
+        if (is_lit && add_image(surface, cell, reflected, light, receiver, facet, sum)) targets |= target_bit(index * push.lobes);
+        if (refracts && add_image(surface, cell, refracted, light, receiver, facet, sum)) targets |= target_bit(index * push.lobes + 1);
         facet_images[pair * push.receiver_count + index] = sum;
     }
     if (targets != 0) {

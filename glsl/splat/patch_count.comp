@@ -18,6 +18,7 @@ layout(std430, binding = 10) readonly buffer Visibility { uint visibility[]; };
 layout(std430, binding = 11) readonly buffer PatchNumbers { uvec2 patch_numbers[]; };
 layout(std430, binding = 12) writeonly buffer PatchSplats { uint patch_splats[]; }; // per patch and target: see patch_splats.glsl
 layout(std430, binding = 13) writeonly buffer SplatNumbers { uvec2 splat_numbers[]; }; // per patch: triangles, whether lit
+FACET_IMAGES(14)
 #include "facet_push.glsl"
 
 #include "light.glsl"
@@ -28,6 +29,7 @@ layout(std430, binding = 13) writeonly buffer SplatNumbers { uvec2 splat_numbers
 #include "facet_image.glsl"
 #include "facet_visibility.glsl"
 #include "error_model.glsl"
+#include "outline_error.glsl"
 #include "patch_splats.glsl"
 #include "blocks.glsl"
 #include "find_patch.glsl"
@@ -43,8 +45,11 @@ uint visibility_at(PatchPlace place, ivec2 at, uint word) {
     return visibility[(place.light_index * push.corner_count + corner) * words_of_targets() + word];
 }
 
+// Standard deviation of the disc's perspective up to which the disc is divided into pieces.
+const float MAX_PERSPECTIVE = 0.15;
+
 // The triangles for the image on receiver `index`, so that the error of each patch is in proportion.
-uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed) {
+uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, uint pieces) {
     PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return 0;
@@ -57,9 +62,11 @@ uint triangles_for(Surface surface, Cell cell, Light light, uint index, float et
     // Rays from every triangle of a mixed patch.
     if (is_mixed) n = max(n, mixed_division(share, longest, blur, patch_share));
     // No patch takes more than its share of the capacity.
-    n = max(min(n, floor(sqrt(MAX_TRIANGLES_PER_PATCH * share / patch_share))), 1.0);
+    // Where perspective is strong, it is not affine over a piece.
+    if (length(image.slant * image.of_light) > MAX_PERSPECTIVE) pieces = 1;
+    n = max(min(n, floor(sqrt(MAX_TRIANGLES_PER_PATCH * share / (float(pieces) * patch_share)))), 1.0);
     if (BEAMS) n = 1.0;
-    return pack_splats(uint(n), clipped_parts(image.margins), is_mixed, !all(greaterThanEqual(image.margins, vec3(0.0))));
+    return pack_splats(uint(n), clipped_parts(image.margins), is_mixed, !all(greaterThanEqual(image.margins, vec3(0.0))), pieces);
 }
 
 void main() {
@@ -86,7 +93,11 @@ void main() {
             // Corners that send no light into the receiver say nothing about the rest of the patch.
             is_mixed = any(equal(states, uvec3(BLOCKED))) || !any(equal(states, uvec3(LIT)));
         }
-        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed);
+        // All patches of a facet have the same pieces, so that they fit together.
+        FacetImage of_facet = facet_image_at(place.pair * push.receiver_count + target / push.lobes);
+        float blur = unpackHalf2x16(of_facet.height_blur).y;
+        uint pieces = push.error > 0.0 && needs_pieces(unpackHalf2x16(of_facet.outline), blur, push.error) ? shares[target / push.lobes].pieces : 1;
+        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, pieces);
         patch_splats[patch_index * count + target] = found;
         splats += splats_of(found);
     }

@@ -35,6 +35,7 @@ FACET_IMAGES(18)
 #include "facet.glsl"
 #include "facet_image.glsl"
 #include "facet_rays.glsl"
+#include "disc_pieces.glsl"
 #include "patch_splats.glsl"
 #include "blocks.glsl"
 #include "find_patch.glsl"
@@ -48,12 +49,6 @@ layout(constant_id = ID_AREA_BY_PRODUCT) const bool AREA_BY_PRODUCT = false;
 // Lower bound on the length and height of a triangle over the blur, so that no area is zero.
 const float MIN_THICKNESS = 1.0 / 16.0;
 // At folds and foci the light's disc shapes the image, and a parallelogram has another profile. A triangle becomes a kernel
-// if its height is less than this share of the blur, and in addition either the height of the whole facet's image is, or
-// the density changes by more than KERNEL_CHANGE within the blur. With triangles only, `bumps` at 256^2 kept an error of
-// 3.7 % however fine the patches; with these kernels it has 1.2 %. Kernels add up less evenly than triangles: with kernels
-// for all small triangles, single texels of a flat mirror's image were 2 % off.
-const float KERNEL_HEIGHT = 0.3;
-const float KERNEL_CHANGE = 0.1;
 // Variance of such a kernel over the variance of its patch's image.
 const float KERNEL_SPREAD = 1.5;
 
@@ -62,9 +57,6 @@ const float KERNEL_SPREAD = 1.5;
 const float MAX_AREA = 1.5;
 // Texels over which a thin triangle is normalised, at most.
 const float MAX_SUMMED_TEXELS = 1024.0;
-// Variance of a light's image below which a texel alone gives the profile, texels^2.
-const float MIN_DISC = 0.01;
-
 // The variance along the narrower axis of a covariance, in texels^2.
 float narrow_variance(vec3 covariance) {
     float determinant = covariance.x * covariance.z - covariance.y * covariance.y;
@@ -86,21 +78,6 @@ bool set_bounds(inout TriangleSplat splat, SplatLevel level, vec2 centre, vec2 l
     splat.lower = floor(clamp(low + 0.5, tile_low, tile_high));
     splat.upper = ceil(clamp(high - 0.5, tile_low, tile_high));
     return all(lessThan(splat.lower, splat.upper));
-}
-
-// Whether the image is thin at a fold. `elements` are its area elements.
-bool is_thin_fold(CellImage image, vec3 elements, float height, float facet_height) {
-    float blur = blur_side(image);
-    float most = max(max(elements.x, elements.y), elements.z);
-    float least = min(min(elements.x, elements.y), elements.z);
-    float mean = abs(elements.x + elements.y + elements.z) / 3.0;
-    bool is_fold = facet_height < KERNEL_HEIGHT * blur || (most - least) * blur > KERNEL_CHANGE * mean * height;
-    return is_fold && height < KERNEL_HEIGHT * blur;
-}
-
-// Whether a kernel stands for an image that is thin at a fold.
-bool needs_kernel(CellImage image) {
-    return dot(image.of_light[0], image.of_light[0]) > MIN_DISC;
 }
 
 // Relative irradiance at the corners, from the area elements there: flux is conserved, so irradiance is the cosine over the
@@ -259,8 +236,34 @@ bool triangle_splat(CellImage image, vec3 elements, float height, bool is_thin, 
     return true;
 }
 
-// The splat for `cell`. Returns false where no light arrives.
-bool project(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float facet_height, out TriangleSplat splat) {
+// Moves a place of the image by `aside`, where there is no perspective.
+vec2 moved_aside(vec2 place, vec2 centre, vec2 slant, vec2 aside) {
+    vec2 flat_ = without_perspective(slant, place - centre) + aside;
+    return centre + flat_ / max(1.0 - dot(slant, flat_), 0.1);
+}
+
+// The image by one piece of the disc. Perspective is affine over so small a piece.
+void take_piece(inout CellImage image, uint index, uint pieces) {
+    if (pieces == 1) return;
+    Piece piece = piece_of(index, pieces);
+    // The root of the disc's covariance is half its radius.
+    vec2 aside = 2.0 * image.of_light * piece.centre;
+    vec2 centre = image.midpoints[1];
+    for (int i = 0; i < 3; i++) {
+        image.corners[i] = moved_aside(image.corners[i], centre, image.slant, aside);
+        image.midpoints[i] = moved_aside(image.midpoints[i], centre, image.slant, aside);
+    }
+    mat2 root = 2.0 * image.of_light * piece.root;
+    // Derivative of the perspective at `aside`.
+    float scale = 1.0 / max(1.0 - dot(image.slant, aside), 0.1);
+    for (int i = 0; i < 2; i++) image.of_light[i] = scale * (root[i] + aside * (scale * dot(image.slant, root[i])));
+    image.slant = vec2(0.0);
+    image.blur = covariance_of(image.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
+    image.flux /= float(pieces);
+}
+
+// The splat for `cell` and a piece of the disc. Returns false where no light arrives.
+bool project(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float facet_height, uvec2 piece, out TriangleSplat splat) {
     PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return false;
@@ -270,6 +273,7 @@ bool project(Surface surface, Cell cell, Light light, uint index, float eta, boo
         vec2 texel = clamp((image.corners[0] + image.corners[1] + image.corners[2]) / 3.0, low, low + vec2(receiver.width, receiver.height));
         if (!light_arrives(surface, light, st) || !light_leaves(surface, st, receiver, texel)) return false;
     }
+    take_piece(image, piece.x, piece.y);
     float height = height_of(image);
     int level;
     vec3 elements = area_elements(image);
@@ -308,10 +312,12 @@ void main() {
     PlanarReceiver receiver = planar_receiver_at(target / push.lobes);
     Cell cell = cell_of(facet_cell(place.facet), place.index, place.division);
     uint along = along_of(packed);
+    uvec2 piece = uvec2(index % pieces_of(packed), pieces_of(packed));
+    index /= piece.y;
     cell = clipped_cell(surface, cell, light, receiver, eta, index / (along * along), is_clipped_of(packed));
     cell = cell_of(cell, index % (along * along), along);
     float facet_height = unpackHalf2x16(facet_image_at(place.pair * push.receiver_count + target / push.lobes).height_blur).x;
     TriangleSplat splat;
-    if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, splat)) splat.lower = splat.upper = vec2(0.0);
+    if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, piece, splat)) splat.lower = splat.upper = vec2(0.0);
     triangle_splats[slot] = splat;
 }

@@ -24,5 +24,5 @@ void main() {
         if (i < stride) values[i] += values[i + stride];
         barrier();
     }
-    if (i == 0) shares[gl_WorkGroupID.x] = ReceiverShare(values[0], 0.0, 0.0, 0);
+    if (i == 0) shares[gl_WorkGroupID.x] = ReceiverShare(values[0], 0.0, 0.0, 0, 1);
 }

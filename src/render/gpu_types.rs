@@ -90,8 +90,8 @@ mirrors! {
     }
     FacetCorner { triangle: u32, s: f32, t: f32, }
     FacetPatches { division: u32, targets: u32, }
-    FacetImage { flux: f32, deviation_longest: u32, height_blur: u32, profile: f32, }
-    ReceiverShare { flux: f32, patch_share: f32, error: f32, is_limited: u32, }
+    FacetImage { flux: f32, deviation_longest: u32, height_blur: u32, outline: u32, }
+    ReceiverShare { flux: f32, patch_share: f32, error: f32, is_limited: u32, pieces: u32, }
     TriangleSplat {
         to_box: Vec4, corners01: Vec4, corner2: Vec2, density12: Vec2,
         irradiance: Vec3, density0: f32, lower: Vec2, upper: Vec2, origin: Vec2, slant: Vec2,

@@ -72,12 +72,11 @@ fn corner_shows_no_seam() {
 }
 
 /// The cusp on the wall lies between two columns of texels. Parallelograms that stand for a texel and the sun's disc are wider than a
-/// texel and overlap there: each of both columns had the whole light of what they share.
+/// texel and overlap there: each of both columns had the whole light of what they share. Where texels are high, kernels stand for the
+/// cusp: their values at the centres of texels missed 6 % of the light.
 #[test]
 fn cusp_between_two_columns_has_its_light_once() {
-    const WALL: [u32; 2] = [128, 15];
     let device = Device::open();
-    let scene = crate::common::only_receiver(load("corner.toml"), "wall", WALL);
     let settings = nephroid::render::Settings {
         error: Some(0.02),
         ..footprint(16_384)
@@ -87,14 +86,17 @@ fn cusp_between_two_columns_has_its_light_once() {
             .map(|&v| f64::from(v))
             .sum()
     };
-    let reference = solve(&scene, "wall", WALL, &options(0.004));
-    let exact = sum(&image(&reference));
-    let error = |scene| (sum(&device.caustic(scene, "wall", &settings)) / exact - 1.0).abs();
-    let bright = crate::common::brighter(scene.clone(), 1.02);
-    assert_error(
-        "corner, energy of the wall",
-        0.005,
-        error(&scene),
-        error(&bright),
-    );
+    for wall in [[128, 15], [128, 78]] {
+        let scene = crate::common::only_receiver(load("corner.toml"), "wall", wall);
+        let reference = solve(&scene, "wall", wall, &options(0.004));
+        let exact = sum(&image(&reference));
+        let error = |scene| (sum(&device.caustic(scene, "wall", &settings)) / exact - 1.0).abs();
+        let bright = crate::common::brighter(scene.clone(), 1.02);
+        assert_error(
+            &format!("corner, energy of the wall, {wall:?} texels"),
+            0.005,
+            error(&scene),
+            error(&bright),
+        );
+    }
 }

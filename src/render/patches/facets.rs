@@ -27,6 +27,8 @@ pub struct DeviceFacets {
     pub corners: Buffer,
     pub facet_count: u32,
     pub corner_count: u32,
+    /// Whether a facet has sides at which the surface ends or bends.
+    pub shows_outlines: bool,
 }
 
 impl DeviceFacets {
@@ -47,6 +49,7 @@ impl DeviceFacets {
             corners: Buffer::new(context, "facet corners", size_of_val(&*corners) as u64)?,
             facet_count: facets.len() as u32,
             corner_count: corners.len() as u32,
+            shows_outlines: facets.iter().any(|facet| facet.exposed > 0.0),
         };
         staging.write(&device.facets, 0, &facets)?;
         staging.write(&device.corners, 0, &corners)?;
@@ -98,6 +101,10 @@ fn facets(
                 store.triangles[triangle as usize].edge2,
             ];
             let sides = [along.length(), up.distance(along), up.length()];
+            let exposed = (sides.iter().zip(exposed[number]))
+                .map(|(side, exposed)| if exposed { *side } else { 0.0 })
+                .sum::<f32>()
+                / sides.iter().sum::<f32>().max(f32::MIN_POSITIVE);
             let share = f64::from(store.triangles[triangle as usize].area()) / area;
             let size = (min_facets * share).sqrt().round().min(MAX_SIZE.into()) as u32;
             let size = size.max(1);
@@ -129,19 +136,13 @@ fn facets(
                         0 => [corner(i, j), corner(i + 1, j), corner(i, j + 1)],
                         _ => [corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)],
                     };
-                    let upright = column % 2 == 0;
-                    let on_side = [row == 0, i + row + 1 == size, i == 0];
-                    let exposed: f32 = (0..3)
-                        .filter(|&side| upright && on_side[side] && exposed[number][side])
-                        .map(|side| sides[side])
-                        .sum();
                     facets.push(Facet {
                         triangle,
                         place: part | size << FACET_DIVISION_SHIFT,
                         corner0,
                         corner1,
                         corner2,
-                        exposed: exposed / sides.iter().sum::<f32>(),
+                        exposed,
                         ..Default::default()
                     });
                     part += 1;
@@ -152,46 +153,27 @@ fn facets(
     (facets, corners)
 }
 
-/// For the sides 01, 12 and 20 of each flat triangle, whether the surface ends or bends there: no other triangle has the side
-/// with the same normals. False for triangles with interpolated normals.
+/// For the sides 01, 12 and 20 of each triangle, whether the surface ends or bends there: no other triangle has the side with the
+/// same normals.
 fn exposed_edges(mesh: &Mesh) -> Vec<[bool; 3]> {
-    let flat: Vec<bool> = (mesh.triangles.iter())
-        .map(|corners| {
-            let [a, b, c] = corners.map(|corner| mesh.normals[corner as usize]);
-            a == b && b == c
-        })
-        .collect();
-    let mut found = vec![[false; 3]; mesh.triangles.len()];
-    if !flat.contains(&true) {
-        return found;
-    }
     // Vertices with the same place and normal count as one.
-    let mut numbers = HashMap::new();
-    let mut number_of = |vertex: u32| {
-        let [place, normal] = [
-            mesh.positions[vertex as usize],
-            mesh.normals[vertex as usize],
-        ];
-        let bits = [place, normal].map(|v| v.to_array().map(f64::to_bits));
-        let next = numbers.len();
-        *numbers.entry(bits).or_insert(next)
-    };
-    let welded: Vec<[usize; 3]> = (mesh.triangles.iter().zip(&flat))
-        .map(|(corners, &flat)| match flat {
-            true => corners.map(&mut number_of),
-            false => [0; 3],
+    let mut numbers = HashMap::with_capacity(mesh.positions.len());
+    let welded: Vec<usize> = (mesh.positions.iter().zip(&mesh.normals))
+        .map(|(place, normal)| {
+            let bits = [place, normal].map(|v| v.to_array().map(f64::to_bits));
+            let next = numbers.len();
+            *numbers.entry(bits).or_insert(next)
         })
         .collect();
-    let sides = |[a, b, c]: [usize; 3]| [(a, b), (b, c), (c, a)];
-    let directed: HashSet<(usize, usize)> = (welded.iter().zip(&flat))
-        .filter(|(_, flat)| **flat)
-        .flat_map(|(corners, _)| sides(*corners))
-        .collect();
-    for ((exposed, corners), flat) in found.iter_mut().zip(welded).zip(flat) {
-        // The neighbour has the side in the other direction.
-        *exposed = sides(corners).map(|(a, b)| flat && !directed.contains(&(b, a)));
-    }
-    found
+    let sides = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|corner| welded[corner as usize]);
+        [(a, b), (b, c), (c, a)]
+    };
+    let directed: HashSet<(usize, usize)> = mesh.triangles.iter().flat_map(sides).collect();
+    // The neighbour has the side in the other direction.
+    (mesh.triangles.iter())
+        .map(|corners| sides(corners).map(|(a, b)| !directed.contains(&(b, a))))
+        .collect()
 }
 
 #[cfg(test)]
@@ -212,9 +194,9 @@ mod tests {
         };
         let expected = [[true, true, false], [false, true, true], [true; 3]];
         assert_eq!(exposed_edges(&mesh), expected);
-        // Interpolated normals hide every edge.
+        // So it does where normals are interpolated: the diagonal is hidden if both triangles have the same there.
         let normals = vec![x, y, z, z, x, y, z];
         let smooth = Mesh { normals, ..mesh };
-        assert_eq!(exposed_edges(&smooth), [[false; 3]; 3]);
+        assert_eq!(exposed_edges(&smooth), expected);
     }
 }

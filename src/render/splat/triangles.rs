@@ -11,8 +11,8 @@ use crate::gpu::{
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
 use crate::render::gpu_types::constants::{
-    ARGUMENT_WORDS, BATCH_DRAW_WORD, MAX_PATCH_DIVISION, MAX_TRIANGLES_PER_PATCH, SHARE_LEVELS,
-    SPLAT_GROUP,
+    ARGUMENT_WORDS, BATCH_DRAW_WORD, MAX_PATCH_DIVISION, MAX_PIECES, MAX_TRIANGLES_PER_PATCH,
+    SHARE_LEVELS, SPLAT_GROUP,
 };
 use crate::render::gpu_types::{
     FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
@@ -145,7 +145,11 @@ impl Triangles {
         }
         // Parts of clipped patches are two triangles.
         let of_shares = f64::from(MAX_TRIANGLES_PER_PATCH) * SHARES_PER_PATCH * patches as f64;
-        let splats = 2 * (patches * targets.min(4) + of_shares as u64);
+        let pieces = match settings.error.is_some() && facets.shows_outlines {
+            true => MAX_PIECES,
+            false => 1,
+        };
+        let splats = 2 * (patches * targets.min(4) * u64::from(pieces) + of_shares as u64);
         let batch = splats.div_ceil(FEW_BATCHES.into()).next_power_of_two();
         let batch = batch.clamp(1 << 12, MAX_BATCH.into()) as u32;
         let batches = splats.div_ceil(batch.into()).max(1) as u32;
