@@ -205,28 +205,6 @@ bool misses(CellImage image, PlanarReceiver receiver) {
     return any(lessThan(high, tile_low)) || any(greaterThan(low, tile_high));
 }
 
-// At folds and foci the light's disc shapes the image, and a parallelogram has another profile. A triangle becomes a kernel
-// if its height is less than KERNEL_HEIGHT of the blur, and in addition either the height of the whole facet's image is, or
-// the density changes by more than this share within the blur. With triangles only, `bumps` at 256^2 kept an error of
-// 3.7 % however fine the patches; with these kernels it has 1.2 %. Kernels add up less evenly than triangles: with kernels
-// for all small triangles, single texels of a flat mirror's image were 2 % off.
-const float KERNEL_CHANGE = 0.1;
-
-// Whether the image is thin at a fold. `elements` are its area elements.
-bool is_thin_fold(CellImage image, vec3 elements, float height, float facet_height) {
-    float blur = blur_side(image);
-    float most = max(max(elements.x, elements.y), elements.z);
-    float least = min(min(elements.x, elements.y), elements.z);
-    float mean = abs(elements.x + elements.y + elements.z) / 3.0;
-    bool is_fold = facet_height < KERNEL_HEIGHT * blur || (most - least) * blur > KERNEL_CHANGE * mean * height;
-    return is_fold && height < KERNEL_HEIGHT * blur;
-}
-
-// Whether a kernel stands for an image that is thin at a fold.
-bool needs_kernel(CellImage image) {
-    return dot(image.of_light[0], image.of_light[0]) > LEAST_DISC;
-}
-
 // --- Clipping -------------------------------------------------------------------------------------------------------
 
 // Number of triangles that remain of a cell where margins are positive; `margins` are those of its corners.

@@ -61,9 +61,9 @@ uint triangles_for(Surface surface, Cell cell, Light light, uint index, float et
     float n = image_division(share, deviation_of(image), height, blur, patch_share);
     // Rays from every triangle of a mixed patch.
     if (is_mixed) n = max(n, mixed_division(share, longest, blur, patch_share));
-    // No patch takes more than its share of the capacity.
     // Where perspective is strong, it is not affine over a piece.
     if (length(image.slant * image.of_light) > MAX_PERSPECTIVE) pieces = 1;
+    // No patch takes more than its share of the capacity.
     n = max(min(n, floor(sqrt(MAX_TRIANGLES_PER_PATCH * share / (float(pieces) * patch_share)))), 1.0);
     if (BEAMS) n = 1.0;
     return pack_splats(uint(n), clipped_parts(image.margins), is_mixed, !all(greaterThanEqual(image.margins, vec3(0.0))), pieces);

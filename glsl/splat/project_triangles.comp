@@ -49,6 +49,11 @@ layout(constant_id = ID_AREA_BY_PRODUCT) const bool AREA_BY_PRODUCT = false;
 // Lower bound on the length and height of a triangle over the blur, so that no area is zero.
 const float MIN_THICKNESS = 1.0 / 16.0;
 // At folds and foci the light's disc shapes the image, and a parallelogram has another profile. A triangle becomes a kernel
+// if its height is less than KERNEL_HEIGHT of the blur, and in addition either the height of the whole facet's image is, or
+// the density changes by more than this share within the blur. With triangles only, `bumps` at 256^2 kept an error of
+// 3.7 % however fine the patches; with these kernels it has 1.2 %. Kernels add up less evenly than triangles: with kernels
+// for all small triangles, single texels of a flat mirror's image were 2 % off.
+const float KERNEL_CHANGE = 0.1;
 // Variance of such a kernel over the variance of its patch's image.
 const float KERNEL_SPREAD = 1.5;
 
@@ -57,6 +62,7 @@ const float KERNEL_SPREAD = 1.5;
 const float MAX_AREA = 1.5;
 // Texels over which a thin triangle is normalised, at most.
 const float MAX_SUMMED_TEXELS = 1024.0;
+
 // The variance along the narrower axis of a covariance, in texels^2.
 float narrow_variance(vec3 covariance) {
     float determinant = covariance.x * covariance.z - covariance.y * covariance.y;
@@ -78,6 +84,21 @@ bool set_bounds(inout TriangleSplat splat, SplatLevel level, vec2 centre, vec2 l
     splat.lower = floor(clamp(low + 0.5, tile_low, tile_high));
     splat.upper = ceil(clamp(high - 0.5, tile_low, tile_high));
     return all(lessThan(splat.lower, splat.upper));
+}
+
+// Whether the image is thin at a fold. `elements` are its area elements.
+bool is_thin_fold(CellImage image, vec3 elements, float height, float facet_height) {
+    float blur = blur_side(image);
+    float most = max(max(elements.x, elements.y), elements.z);
+    float least = min(min(elements.x, elements.y), elements.z);
+    float mean = abs(elements.x + elements.y + elements.z) / 3.0;
+    bool is_fold = facet_height < KERNEL_HEIGHT * blur || (most - least) * blur > KERNEL_CHANGE * mean * height;
+    return is_fold && height < KERNEL_HEIGHT * blur;
+}
+
+// Whether a kernel stands for an image that is thin at a fold.
+bool needs_kernel(CellImage image) {
+    return dot(image.of_light[0], image.of_light[0]) > LEAST_DISC;
 }
 
 // Relative irradiance at the corners, from the area elements there: flux is conserved, so irradiance is the cosine over the

@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles, vec2, vec3, vec4};
 use nephroid::gpu::{BoundPipeline, Buffer, Recorder, Resource, Shader, shaders};
 use nephroid::render::gpu_types::constants::{
     ARGUMENT_WORDS, AS_TRIANGLE, BATCH_DRAW_WORD, CLIPPED_SHIFT, CLUSTER_STARTS, DIELECTRIC,
-    FACET_DIVISION_SHIFT, MIRROR, PARTS_SHIFT, SECOND_UNITS_WORD, UNITS_WORD,
+    FACET_DIVISION_SHIFT, MIRROR, PARTS_SHIFT, PIECES_SHIFT, SECOND_UNITS_WORD, UNITS_WORD,
 };
 use nephroid::render::gpu_types::{
     ClusterStart, CompactPush, Facet, FacetImage, FacetPatches, FacetPush, Footprint, Light,
@@ -254,7 +254,10 @@ fn triangle_splat(patch: &Patch, flags: u32) -> TriangleSplat {
         ("patch_numbers", vec![0; 8]),
         ("totals", totals.clone()),
         ("splat_numbers", vec![0; 8]),
-        ("patch_splats", bytes(&[1u32 | 1 << PARTS_SHIFT | flags])),
+        (
+            "patch_splats",
+            bytes(&[1u32 | 1 << PARTS_SHIFT | 1 << PIECES_SHIFT | flags]),
+        ),
         ("splat_sums", vec![0; 8]),
         ("splat_totals", totals),
         ("triangle_splats", vec![0; size_of::<TriangleSplat>()]),

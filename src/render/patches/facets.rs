@@ -27,8 +27,8 @@ pub struct DeviceFacets {
     pub corners: Buffer,
     pub facet_count: u32,
     pub corner_count: u32,
-    /// Whether a facet has sides at which the surface ends or bends.
-    pub shows_outlines: bool,
+    /// Number of facets of triangles with sides at which the surface ends or bends.
+    pub outline_count: u32,
 }
 
 impl DeviceFacets {
@@ -49,7 +49,7 @@ impl DeviceFacets {
             corners: Buffer::new(context, "facet corners", size_of_val(&*corners) as u64)?,
             facet_count: facets.len() as u32,
             corner_count: corners.len() as u32,
-            shows_outlines: facets.iter().any(|facet| facet.exposed > 0.0),
+            outline_count: facets.iter().filter(|facet| facet.exposed > 0.0).count() as u32,
         };
         staging.write(&device.facets, 0, &facets)?;
         staging.write(&device.corners, 0, &corners)?;

@@ -145,11 +145,12 @@ impl Triangles {
         }
         // Parts of clipped patches are two triangles.
         let of_shares = f64::from(MAX_TRIANGLES_PER_PATCH) * SHARES_PER_PATCH * patches as f64;
-        let pieces = match settings.error.is_some() && facets.shows_outlines {
-            true => MAX_PIECES,
-            false => 1,
+        // Outlines take a triangle for each piece of the light's disc.
+        let of_pieces = match settings.error {
+            Some(_) => lights * u64::from(facets.outline_count * (MAX_PIECES - 1)),
+            None => 0,
         };
-        let splats = 2 * (patches * targets.min(4) * u64::from(pieces) + of_shares as u64);
+        let splats = 2 * ((patches + of_pieces) * targets.min(4) + of_shares as u64);
         let batch = splats.div_ceil(FEW_BATCHES.into()).next_power_of_two();
         let batch = batch.clamp(1 << 12, MAX_BATCH.into()) as u32;
         let batches = splats.div_ceil(batch.into()).max(1) as u32;
