@@ -14,10 +14,10 @@ view:
 	.ci/setup view
 	cargo run --release --features viewer -- view assets/scenes/ring.toml
 
-# All tests, under the validation layers. Two at a time: each keeps the device busy by itself.
+# All tests, under the validation layers. Three at a time: while one computes a reference, others wait for the device.
 test:
 	.ci/setup test
-	cargo test --release --features dev -- --test-threads=2
+	cargo test --release --features dev -- --test-threads=3
 
 # The same scenes and tests on lavapipe 25 and SwiftShader (docs/drivers.md): long.
 drivers:
