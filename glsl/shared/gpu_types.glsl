@@ -307,7 +307,7 @@ struct FacetImage {
     float flux;               // W
     uint deviation_longest;   // two halves: largest distance of a midpoint from the straight side; longest side; texels
     uint height_blur;         // two halves: height over that side; side of the blur's square; texels
-    uint outline;             // two halves: see outline_of()
+    uint outline;             // two halves: height of the whole triangle's image, texels; Facet.exposed, or 0 for cells
 };
 
 // What a receiver's images are divided for.

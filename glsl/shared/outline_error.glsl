@@ -9,7 +9,8 @@ const float KERNEL_UNEVEN_ERROR = 0.9;
 // Part of the error to aim for that outlines may take.
 const float OUTLINE_SHARE = 0.8;
 // Numbers of pieces to choose from.
-const uint PIECES[3] = uint[](1, 4, MAX_PIECES);
+const uint PIECE_LEVELS = 3;
+const uint PIECES[PIECE_LEVELS] = uint[](1, 4, MAX_PIECES);
 
 // Share of the light at the wrong place with a parallelogram or kernel for each of `pieces` of the disc. `outline` is the height of the
 // image and the share of its outline at which the surface ends or bends. Without a disc the blur is 1.
@@ -21,11 +22,10 @@ float outline_error(vec2 outline, float blur, uint pieces) {
     float profile = PROFILE_ERROR * disc / (disc + 1.0) * min(blur / max(outline.x, 1e-3), 1.0) * inversesqrt(float(pieces));
     // Fourier transforms at the frequency of the texels: of a kernel; of a square, whose light goes to coarser levels where it is wide, and
     // of the image. The pieces are at different places of a texel.
-    const float pi = 3.14159265;
     float uneven;
-    if (outline.x < KERNEL_HEIGHT * side && square > 1.0 + 12.0 * LEAST_DISC) uneven = KERNEL_UNEVEN_ERROR * exp(-pi * pi / 6.0 * square);
-    else uneven = side < 2.0 ? UNEVEN_ERROR * abs(sin(pi * side)) / (pi * side) * min(1.0 / (pi * max(outline.x, 1e-3)), 1.0) : 0.0;
-    uneven *= exp(-pi * pi / 6.0 * (disc + 1.0 - square));
+    if (outline.x < KERNEL_HEIGHT * side && square > 1.0 + 12.0 * LEAST_DISC) uneven = KERNEL_UNEVEN_ERROR * exp(-PI * PI / 6.0 * square);
+    else uneven = side < 2.0 ? UNEVEN_ERROR * abs(sin(PI * side)) / (PI * side) * min(1.0 / (PI * max(outline.x, 1e-3)), 1.0) : 0.0;
+    uneven *= exp(-PI * PI / 6.0 * (disc + 1.0 - square));
     return outline.y * (profile + uneven);
 }
 

@@ -108,7 +108,7 @@ float last_of(uvec4 texel) {
     TEXELS(slot, facet_images)                                                             \
     FacetImage facet_image_at(uint index) {                                                \
         uvec4 a = TEXEL(facet_images, 1, index, 0);                                        \
-        return FacetImage(uintBitsToFloat(a.x), a.y, a.z, a.w);                     \
+        return FacetImage(uintBitsToFloat(a.x), a.y, a.z, a.w);                            \
     }
 
 // CLUSTER_STARTS for each patch cluster.

@@ -40,10 +40,10 @@ void main() {
     float facet_share = max(1.0 - chains.y, 0.01);
     float chosen = log2(FIRST_SHARE / push.patch_share);
     bool is_limited = false;
-    uint pieces = 0;
+    uint piece_level = 0;
     if (push.error > 0.0) {
-        while (pieces < 2 && sums[pieces].z > OUTLINE_SHARE * push.error) pieces++;
-        float of_profiles = sums[pieces].z;
+        while (piece_level + 1 < PIECE_LEVELS && sums[piece_level].z > OUTLINE_SHARE * push.error) piece_level++;
+        float of_profiles = sums[piece_level].z;
         for (uint i = 0; i < SHARE_LEVELS; i++) sums[i].z = of_profiles;
         // Receivers share the budget.
         float budget = float(push.patch_budget) / float(push.receiver_count);
@@ -68,6 +68,6 @@ void main() {
     float of_facets = share.flux > 0.0 ? facet_share * error_at(chosen) : 0.0;
     share.error = push.error > 0.0 ? length(vec2(of_facets, chains.x)) : 0.0;
     share.is_limited = is_limited && share.flux > 0.0 ? 1 : 0;
-    share.pieces = PIECES[pieces];
+    share.pieces = PIECES[piece_level];
     shares[receiver] = share;
 }

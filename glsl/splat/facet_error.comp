@@ -48,9 +48,9 @@ void main() {
         float blur = max(second.y, 1e-3);
         vec2 outline = unpackHalf2x16(image.outline);
         float of_profile = profile_error(blur);
-        for (uint level = 0; level < 3; level++) sums[level].z += share * of_profile;
+        for (uint level = 0; level < PIECE_LEVELS; level++) sums[level].z += share * of_profile;
         // A loop, which lavapipe leaves out where no facet of a few shows its outline.
-        for (uint level = 0; level < 3 && outline.y > 0.0; level++) {
+        for (uint level = 0; level < PIECE_LEVELS && outline.y > 0.0; level++) {
             uint pieces = needs_pieces(outline, blur, push.error) ? PIECES[level] : 1;
             sums[level].z += share * max(outline_error(outline, blur, pieces) - of_profile, 0.0);
         }

@@ -170,20 +170,14 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     splat.slant = image.slant / target.scale;
     if (!set_bounds(splat, target, here.centre, here.centre - here.half_size, here.centre + here.half_size) || !(here.kernel.determinant > 0.0)) return false;
     splat.origin = here.centre;
-    vec3 conic = conic_of(here.kernel);
     float peak = peak_of(here.kernel);
     splat.irradiance = image.flux * peak / target.area;
     // The sum over texels of a small kernel differs from its integral.
     if (is_small(here)) {
-        vec2 box = box_of(here);
-        vec2 first = floor(here.centre - here.half_size) + 0.5;
-        float sum = 0.0;
-        for (float y = 0.0; y < box.y; y += 1.0) {
-            for (float x = 0.0; x < box.x; x += 1.0) sum += kernel_value(here.kernel.profile.flatness, quadratic2(conic, first + vec2(x, y) - here.centre));
-        }
+        float sum = sum_over_texels(here, false, vec2(0.0), vec3(0.0, 0.0, 1.0));
         if (sum > 0.0) splat.irradiance /= sum * peak;
     }
-    splat.to_box = vec4(conic, here.kernel.profile.flatness);
+    splat.to_box = vec4(conic_of(here.kernel), here.kernel.profile.flatness);
     splat.corners01 = vec4(0.0);
     splat.corner2 = vec2(0.0);
     splat.density12 = vec2(0.0);

@@ -24,6 +24,18 @@ fn scene(name: &str) -> Scene {
     only_receiver(load(&format!("{name}.toml")), "floor", TEXELS)
 }
 
+/// The scene with `receiver` as its floor, which alone has a light map.
+fn only_floor(mut scene: Scene, receiver: &str, texels: [u32; 2]) -> Scene {
+    let index = scene.object_index(receiver).unwrap();
+    for object in &mut scene.objects {
+        if object.name == "floor" {
+            object.name = "another floor".into();
+        }
+    }
+    scene.objects[index].name = "floor".into();
+    only_receiver(scene, "floor", texels)
+}
+
 fn aiming_for(error: f32) -> Settings {
     Settings {
         error: Some(error),
@@ -87,25 +99,13 @@ fn the_error_is_kept_and_estimated() {
 #[test]
 fn outlines_show_the_disc() {
     let device = Device::open();
-    let lit_wall = |wall: &str| {
-        let mut scene = load("ring.toml");
-        for object in &mut scene.objects {
-            match object.name.as_str() {
-                "floor" => object.name = "table".into(),
-                name if name == wall => object.name = "floor".into(),
-                _ => {}
-            }
-        }
-        only_receiver(scene, "floor", [128, 78])
-    };
+    let lit_wall = |wall| only_floor(load("ring.toml"), wall, [128, 78]);
     // Without shadows on itself.
     let mut facets = random_scene(5);
     for object in &mut facets.objects {
         object.blocks_light = false;
     }
-    let receiver = facets.object_index("receiver").unwrap();
-    facets.objects[receiver].name = "floor".into();
-    let facets = only_receiver(facets, "floor", TEXELS);
+    let facets = only_floor(facets, "receiver", TEXELS);
     // The facets miss the target: perspective and small kernels take more than the estimate says.
     for (name, scene, bound) in [
         ("wall_x", lit_wall("wall_x"), 0.015),
@@ -126,12 +126,7 @@ fn the_error_of_chains_is_kept_and_estimated() {
     let device = Device::open();
     let with_chains =
         |name: &str| only_receiver(load_with_chains(&format!("{name}.toml")), "floor", TEXELS);
-    let random = |number| {
-        let mut scene = random_scene(number);
-        let receiver = scene.object_index("receiver").unwrap();
-        scene.objects[receiver].name = "floor".into();
-        only_receiver(scene, "floor", TEXELS)
-    };
+    let random = |number| only_floor(random_scene(number), "receiver", TEXELS);
     for (name, scene, target, noise, bound) in [
         ("mesh_part", with_chains("mesh_part"), 0.02, NOISE, 0.02),
         ("mesh_scan", with_chains("mesh_scan"), 0.02, NOISE, 0.03),

@@ -7,7 +7,8 @@ use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::constants::FACET_DIVISION_SHIFT;
 use crate::render::gpu_types::{Facet, FacetCorner};
 use crate::render::settings::{Method, Settings};
-use crate::scene::{Mesh, Scene};
+use crate::scene::{Mesh, Scene, places};
+use foldhash::fast::RandomState;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -157,22 +158,18 @@ fn facets(
 /// same normals.
 fn exposed_edges(mesh: &Mesh) -> Vec<[bool; 3]> {
     // Vertices with the same place and normal count as one.
-    let mut numbers = HashMap::with_capacity(mesh.positions.len());
-    let welded: Vec<usize> = (mesh.positions.iter().zip(&mesh.normals))
-        .map(|(place, normal)| {
-            let bits = [place, normal].map(|v| v.to_array().map(f64::to_bits));
-            let next = numbers.len();
-            *numbers.entry(bits).or_insert(next)
-        })
-        .collect();
+    let [of_position, of_normal] = [&mesh.positions, &mesh.normals].map(|v| places(v));
     let sides = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(|corner| welded[corner as usize]);
-        [(a, b), (b, c), (c, a)]
+        let [a, b, c] = corners.map(|corner| {
+            let corner = corner as usize;
+            [of_position[corner], of_normal[corner]]
+        });
+        [[a, b], [b, c], [c, a]]
     };
-    let directed: HashSet<(usize, usize)> = mesh.triangles.iter().flat_map(sides).collect();
+    let directed: HashSet<_, RandomState> = mesh.triangles.iter().flat_map(sides).collect();
     // The neighbour has the side in the other direction.
     (mesh.triangles.iter())
-        .map(|corners| sides(corners).map(|(a, b)| !directed.contains(&(b, a))))
+        .map(|corners| sides(corners).map(|[a, b]| !directed.contains(&[b, a])))
         .collect()
 }
 
