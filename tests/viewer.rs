@@ -410,20 +410,31 @@ fn long_runs_are_steady() {
     std::fs::write(&scene, small_scene(1.0)).unwrap();
     let mut script =
         String::from("set panels off\nset refine off\nmodifiers ctrl\ndrag left 30 30 60 40 60\n");
-    for name in ["first", "second"] {
+    const FRAMES: u64 = 400;
+    let names: Vec<_> = (0..5).map(|part| format!("part {part}")).collect();
+    for name in &names {
         writeln!(
             script,
-            "measure {name}\ndrag left 30 30 80 50 500\ndrag left 80 50 30 30 500"
+            "measure {name}\ndrag left 30 30 80 50 {half}\ndrag left 80 50 30 30 {half}",
+            half = FRAMES / 2
         )
         .unwrap();
     }
     script += "settle\nwait 3\n";
     let report = Display::new().report(folder.path(), &scene, &script, &["--size", "96x64"]);
-    let frames = section(&report, "second")["frames"].as_u64().unwrap();
-    assert!(frames >= 1000, "{report}");
-    let memory = |name: &str| section(&report, name)["memory"].as_i64().unwrap();
-    let grown = memory("second") - memory("first");
-    assert!(grown < 1 << 20, "{grown} bytes more: {report}");
+    for name in &names {
+        let frames = section(&report, name)["frames"].as_u64().unwrap();
+        assert!(frames >= FRAMES, "{report}");
+    }
+    // What leaks grows in every part. A single step is no leak: lavapipe keeps the bins of as many frames (12 MB each where the
+    // light gives most patches) as were ever drawn at once, which depends on what else the machine does.
+    let memory = |name: &String| section(&report, name)["memory"].as_i64().unwrap();
+    let mut grown: Vec<_> = (names.windows(2))
+        .map(|pair| memory(&pair[1]) - memory(&pair[0]))
+        .collect();
+    grown.sort_unstable();
+    let least = (1 << 20) * FRAMES as i64 / 2000;
+    assert!(grown[1] < least, "{grown:?} bytes more: {report}");
     let idle = &report["idle"][0];
     assert!(idle["cores"].as_f64().unwrap() < 0.02, "{report}");
     // A panel may ask for a last frame.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 #[cfg(feature = "cli")]
 use std::f64::consts::TAU;
-use std::hash::BuildHasher;
+use std::hash::{BuildHasher, Hash};
 
 #[cfg(feature = "cli")]
 impl Mesh {
@@ -269,27 +269,40 @@ pub fn first_of_equals(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<bool> {
 
 /// By position, its place: the first index with an equal position.
 pub fn places(positions: &[DVec3]) -> Vec<u32> {
+    firsts(positions.len(), |index| bits(positions[index]))
+}
+
+/// By vertex of the mesh, the first with an equal position and normal.
+pub fn same_vertices(mesh: &Mesh) -> Vec<u32> {
+    firsts(mesh.positions.len(), |index| {
+        [mesh.positions[index], mesh.normals[index]].map(bits)
+    })
+}
+
+/// By index below `count`, the first index with an equal key.
+fn firsts<K: Hash + Eq>(count: usize, key: impl Fn(usize) -> K + Sync) -> Vec<u32> {
     // Sorted by hash, which is twice as fast as a hash map for millions.
     let hasher = RandomState::default();
-    let mut sorted: Vec<(u64, u32)> = (positions.par_iter().enumerate())
-        .map(|(index, position)| (hasher.hash_one(bits(*position)), index as u32))
+    let mut sorted: Vec<(u64, u32)> = (0..count)
+        .into_par_iter()
+        .map(|index| (hasher.hash_one(key(index)), index as u32))
         .collect();
     sorted.par_sort_unstable();
-    let mut places = vec![0; positions.len()];
+    let mut firsts = vec![0; count];
     let mut known: Vec<u32> = Vec::new();
     for same_hash in sorted.chunk_by(|a, b| a.0 == b.0) {
         known.clear();
         for &(_, index) in same_hash {
-            let position = bits(positions[index as usize]);
-            let equal = |&&other: &&u32| bits(positions[other as usize]) == position;
-            let place = known.iter().find(equal).copied().unwrap_or_else(|| {
+            let wanted = key(index as usize);
+            let equal = |&&other: &&u32| key(other as usize) == wanted;
+            let first = known.iter().find(equal).copied().unwrap_or_else(|| {
                 known.push(index);
                 index
             });
-            places[index as usize] = place;
+            firsts[index as usize] = first;
         }
     }
-    places
+    firsts
 }
 
 /// The unit vector, unless there is no direction to speak of.

@@ -31,7 +31,7 @@ pub use geometry::{Geometry, Mesh, Rect, Similarity, Sine, Waves};
 pub use glass::{D_LINE, Dispersion, GLASSES, Sellmeier};
 pub use light::{EnvironmentMap, Light, LightKind, MAX_RADIANCE};
 pub use load::{Loaded, load};
-pub(crate) use mesh::places;
+pub(crate) use mesh::same_vertices;
 pub use object::{MAX_LIGHT_MAP_SIDE, Object, Unwrapping, light_map_side};
 pub(crate) use skin::is_closed;
 pub use surface::{AlbedoMap, Dielectric, Material, MaterialKind};
