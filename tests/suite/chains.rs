@@ -235,7 +235,7 @@ fn light_between_parallel_mirrors_ends() {
 #[test]
 fn against_the_reference() {
     for (name, receiver, side, noise, bound) in [
-        ("glass_ball.toml", "floor", 128, 0.02, 0.06),
+        ("glass_ball.toml", "floor", 128, 0.03, 0.06),
         ("tumbler.toml", "floor", 48, 0.03, 0.11),
         ("two_mirrors.toml", "floor", 48, 0.02, 0.04),
         ("lens.toml", "paper", 64, 0.02, 0.04),

@@ -15,7 +15,7 @@ use nephroid::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene, Te
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-const SIZE: [u32; 2] = [96, 96];
+const SIZE: [u32; 2] = [64, 64];
 
 /// A diffuse mesh with a light map of `texels`, unwrapped.
 fn receiver(name: &str, mesh: Mesh, material: usize, texels: [u32; 2]) -> Object {

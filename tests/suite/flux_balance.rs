@@ -52,11 +52,11 @@ pub fn assert_adds_up(name: &str, balance: &FluxBalance) {
 /// Of the sum itself, rounding is all that is missing. What sub-lattices of weak lobes leave is small.
 #[test]
 fn adds_up_on_every_shipped_scene() {
+    let device = Device::unwatched();
     let mut with_chains = 0;
     for entry in scene_path("").read_dir().unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         let scene = load_with_chains(&name);
-        let device = Device::unwatched();
         let mut renderer = device.renderer(&scene, &settings());
         let found = renderer.flux_balance().unwrap();
         assert_eq!(found.is_some(), renderer.may_chain(), "{name}");

