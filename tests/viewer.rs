@@ -441,6 +441,29 @@ fn long_runs_are_steady() {
     assert!(idle["frames"].as_u64().unwrap() <= 2, "{report}");
 }
 
+/// Where pictures cannot come as often as asked, they have fewer pixels while something moves, and all again at rest, on screenshots,
+/// and where no rate is asked for.
+#[test]
+fn slow_pictures_have_fewer_pixels_in_motion() {
+    let folder = folder();
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, small_scene(1.0)).unwrap();
+    let script = "set panels off\nframes 4\nscreenshot first.png\n\
+                  measure all pixels\ndrag left 30 30 130 40 30\n\
+                  set frame-rate 1000\nmeasure fewer pixels\ndrag left 130 40 30 30 60\nscreenshot moved.png\n\
+                  settle\nscreenshot settled.png\nset frame-rate 0\nsettle\nscreenshot still.png\n\
+                  measure kept pixels\ndrag left 30 30 130 40 10\nexpect no error\n";
+    let arguments = ["--size", "400x240", "--validate"];
+    let report = Display::new().report(folder.path(), &scene, script, &arguments);
+    let scale = |name| section(&report, name)["scale"].as_f64().unwrap();
+    assert_eq!([scale("all pixels"), scale("kept pixels")], [1.0; 2]);
+    assert!(scale("fewer pixels") < 0.75, "{report}");
+    let file = |name: &str| std::fs::read(folder.path().join(format!("{name}.exr"))).unwrap();
+    assert!(file("settled") == file("still"));
+    let moved = nephroid::image_file::read_rgb(&folder.path().join("moved.exr")).unwrap();
+    assert_eq!([moved.width, moved.height], [400, 240]);
+}
+
 /// Overlays are switched by script and by key, and nothing of them remains. The export has what frames consist of.
 #[test]
 fn overlays_are_switched() {

@@ -236,11 +236,11 @@ impl App {
             self.options.record.as_deref(),
         )?;
         self.script_frame = false;
-        if let Some((times, has_picture)) = frame {
-            if has_picture && !recorder.has_picture() {
+        if let Some((times, scale)) = frame {
+            if scale.is_some() && !recorder.has_picture() {
                 open.display.finish();
             }
-            recorder.add(times.interval, times.host, has_picture);
+            recorder.add(times.interval, times.host, scale);
         }
         if open.quits() {
             self.end(event_loop);

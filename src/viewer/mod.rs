@@ -22,6 +22,7 @@ mod handles;
 mod host;
 #[cfg(feature = "dev")]
 mod loss;
+mod moving_resolution;
 mod orbit;
 mod overlay_panel;
 mod panels;

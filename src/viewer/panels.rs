@@ -107,6 +107,14 @@ fn method(ui: &mut Ui, state: &mut State) {
         quality.resolution = resolution as f32;
     }
     ui.checkbox(&mut quality.refines, "refine a still picture");
+    let mut rate = f64::from(quality.frame_rate);
+    if quality.refines
+        && slide(ui, &mut rate, 0.0..=60.0, |s| {
+            s.text("pictures/s in motion")
+        })
+    {
+        quality.frame_rate = rate as f32;
+    }
 }
 
 fn camera(ui: &mut Ui, state: &mut State, scene: &Scene) {

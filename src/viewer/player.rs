@@ -254,6 +254,7 @@ fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
         }
         "antialias" => quality.antialias = count(value)?.clamp(1, 16),
         "resolution" => quality.resolution = number(value)?.clamp(0.1, 1.0) as f32,
+        "frame-rate" => quality.frame_rate = number(value)?.clamp(0.0, 1000.0) as f32,
         "light-maps" => quality.light_map_scale = number(value)?.clamp(0.01, 16.0),
         "refine" => quality.refines = switch(value)?,
         "exposure" => state.document.history.now.exposure_ev = Some(number(value)?),

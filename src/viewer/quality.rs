@@ -11,6 +11,9 @@ pub struct Quality {
     pub refines: bool,
     /// Pixels of the picture per pixel of the window, on a side.
     pub resolution: f32,
+    /// Pictures per second below which pictures have fewer pixels while something moves; 0: they never have. Only where a still
+    /// picture becomes finer.
+    pub frame_rate: f32,
     /// Factor on the sides of light maps.
     pub light_map_scale: f64,
 }
@@ -21,12 +24,18 @@ impl Default for Quality {
             antialias: 1,
             refines: true,
             resolution: 1.0,
+            frame_rate: 15.0,
             light_map_scale: 1.0,
         }
     }
 }
 
 impl Quality {
+    /// Whether pictures may have fewer pixels while something moves.
+    pub fn adapts(&self) -> bool {
+        self.refines && self.frame_rate > 0.0
+    }
+
     /// Square root of the number of samples per pixel at a stage of refinement, and a factor on the error to aim for.
     pub fn stage(&self, stage: u32) -> (u32, f32) {
         match stage {

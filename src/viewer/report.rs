@@ -16,6 +16,8 @@ struct Section {
     /// ms
     intervals: Vec<f64>,
     host: Vec<f64>,
+    /// Pixels of its coarsest picture over those at rest, on a side.
+    scale: Option<f32>,
     /// Memory of the process at its end, bytes.
     memory: u64,
 }
@@ -57,6 +59,8 @@ struct SectionReport {
     pictures: u32,
     frame_ms: Option<Times>,
     host_ms: Option<Times>,
+    /// Pixels of the coarsest picture over those at rest, on a side.
+    scale: Option<f32>,
     memory: u64,
 }
 
@@ -96,8 +100,9 @@ impl Recorder {
         self.first_picture.is_some()
     }
 
-    /// Adds a frame; times in ms.
-    pub fn add(&mut self, interval: Option<f64>, host: f64, has_picture: bool) {
+    /// Adds a frame; times in ms. `scale`: of its picture, if it has one.
+    pub fn add(&mut self, interval: Option<f64>, host: f64, scale: Option<f32>) {
+        let has_picture = scale.is_some();
         self.frames += 1;
         if has_picture && self.first_picture.is_none() {
             self.first_picture = Some(self.start.elapsed());
@@ -107,6 +112,7 @@ impl Recorder {
             section.pictures += u32::from(has_picture);
             section.intervals.extend(interval);
             section.host.push(host);
+            section.scale = section.scale.into_iter().chain(scale).reduce(f32::min);
         }
     }
 
@@ -139,6 +145,7 @@ impl Recorder {
                 pictures: section.pictures,
                 frame_ms: Times::of(section.intervals),
                 host_ms: Times::of(section.host),
+                scale: section.scale,
                 memory: section.memory,
             });
         Report {
@@ -175,6 +182,9 @@ impl Report {
                     times.longest,
                     times.dropped
                 );
+            }
+            if let Some(scale) = section.scale.filter(|scale| *scale < 1.0) {
+                text += &format!("\n  resolution  {scale:.2} at least");
             }
             if let Some(times) = section.host_ms {
                 text += &format!(

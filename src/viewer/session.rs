@@ -4,6 +4,7 @@ use super::capture::Captured;
 use super::display::{Display, Draw, FRAMES_IN_FLIGHT, Panels};
 use super::document::Document;
 use super::edits::Edits;
+use super::moving_resolution::MovingResolution;
 use super::panels;
 use super::player::Player;
 use super::profiler::{FrameTimes, Measured};
@@ -43,7 +44,20 @@ struct PictureKey {
     techniques: Vec<Technique>,
     /// With the exposure, EV, that their colours are made for.
     overlays: Option<(Vec<Overlay>, f64)>,
+    /// At rest.
     size: [u32; 2],
+}
+
+/// What the window shows.
+#[derive(PartialEq)]
+struct Shown {
+    key: PictureKey,
+    /// Of refinement.
+    stage: u32,
+    /// Pixels over those at rest, on a side.
+    scale: f32,
+    /// Number of the reference's light maps.
+    reference: u64,
 }
 
 /// Quality, technique of side A and edits.
@@ -61,8 +75,9 @@ pub struct Session {
     pub window: Arc<Window>,
     pub state: State,
     watch: Watch,
-    /// Key, refinement stage and number of the reference's light maps of the last picture.
-    shown: Option<(PictureKey, u32, u64)>,
+    /// The last picture.
+    shown: Option<Shown>,
+    moving: MovingResolution,
     /// While a side is the reference, with the time, edits and light-map scale that it is of.
     reference: Option<((f64, Edits, f64), Reference)>,
     /// What can be set, of the last picture that could be made.
@@ -85,7 +100,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Shows a document in a window. `is_scripted`: a script draws the frames.
+    /// Shows a document in a window. `is_scripted`: a script draws the frames, with all pixels unless it asks for a frame rate, so
+    /// that equal scripts show equal pictures.
     ///
     /// # Errors
     /// As [`nephroid::render::Renderer::new`].
@@ -96,6 +112,9 @@ impl Session {
         is_scripted: bool,
         #[cfg(feature = "dev")] shaders: super::reload::Shaders,
     ) -> Result<Self> {
+        if is_scripted {
+            state.quality.frame_rate = 0.0;
+        }
         let technique = state.compare.techniques[0];
         display.set_side(0, &state.scene(), &technique)?;
         for note in display.sides[0].notes() {
@@ -116,6 +135,7 @@ impl Session {
             window,
             watch: watch(&state.document),
             shown: None,
+            moving: MovingResolution::default(),
             reference: None,
             last_good: (state.quality, technique, Edits::default()),
             measured: None,
@@ -268,12 +288,13 @@ impl Session {
         screenshot
     }
 
-    /// Draws a frame; what it took and whether it has a new picture. `None` where the window shows nothing.
+    /// Draws a frame; what it took, and of a new picture the pixels over those at rest, on a side. `None` where the window shows
+    /// nothing.
     pub fn frame(
         &mut self,
         player: Option<&mut Player>,
         record: Option<&Path>,
-    ) -> Result<Option<(FrameTimes, bool)>> {
+    ) -> Result<Option<(FrameTimes, Option<f32>)>> {
         let start = Instant::now();
         self.needs_frame = false;
         if !self.display.prepare(&self.window)? {
@@ -287,25 +308,42 @@ impl Session {
             self.shown = None;
         }
         let window_size = self.display.size();
-        let resolution = self.state.quality.resolution;
-        let size = window_size.map(|side| ((side as f32 * resolution).round() as u32).max(1));
+        let size = scaled(window_size, self.state.quality.resolution);
         let scene = self.state.scene();
         let key = self.key(&scene, size);
         let number = self.follow_reference(&scene, &key);
-        let is_same = self.shown.as_ref().is_some_and(|(shown, ..)| *shown == key);
-        if !is_same {
+        let last_scale = (self.shown.as_ref())
+            .filter(|shown| shown.key == key)
+            .map(|shown| shown.scale);
+        let quality = self.state.quality;
+        let mut scale = last_scale.unwrap_or(self.moving.scale());
+        if last_scale.is_none() {
             self.state.stage = 0;
             self.changed = start;
         } else {
             let is_due = settles
                 || (!self.is_scripted && self.refines_at().is_some_and(|time| time <= start));
-            if is_due && self.state.quality.refines && self.state.stage < STAGES {
-                self.state.stage += 1;
+            if is_due && quality.refines && self.state.stage < STAGES {
+                self.moving.rest();
+                match scale < 1.0 {
+                    true => scale = 1.0,
+                    false => self.state.stage += 1,
+                }
             }
+        }
+        // Pictures that are kept have all pixels.
+        if !quality.adapts() || screenshot.is_some() || record.is_some() {
+            scale = 1.0;
         }
         let stage = self.state.stage;
         let takes_passes = self.state.windows.profiler;
-        let is_new = self.shown.as_ref() != Some(&(key.clone(), stage, number));
+        let next = Shown {
+            key,
+            stage,
+            scale,
+            reference: number,
+        };
+        let is_new = self.shown.as_ref() != Some(&next);
         // What a picture cost and consists of is known a few pictures later.
         let wants_picture = is_new || takes_passes && self.repeats < REPEATS;
         let (antialias, factor) = self.state.quality.stage(stage);
@@ -330,7 +368,10 @@ impl Session {
             picture: has_picture.then_some(Frame {
                 scene: &scene,
                 direct: false,
-                view: Some(ViewFrame { size, antialias }),
+                view: Some(ViewFrame {
+                    size: scaled(size, scale),
+                    antialias,
+                }),
             }),
             exposure_ev: scene.camera.exposure_ev,
             shown: compare.shown(),
@@ -352,7 +393,7 @@ impl Session {
             return Ok(None);
         }
         if has_picture {
-            self.shown = Some((key, stage, number));
+            self.shown = Some(next);
             self.repeats = if is_new || !takes_passes {
                 0
             } else {
@@ -379,6 +420,9 @@ impl Session {
         if let (true, true, Some(interval)) = (has_picture, is_new, interval) {
             let time = Duration::from_secs_f64(1e-3 * interval);
             (self.display.sides.iter_mut()).for_each(|side| side.add_time(time));
+            if last_scale.is_none() && quality.adapts() {
+                (self.moving).add(1e-3 * interval, f64::from(quality.frame_rate));
+            }
         }
         let times = FrameTimes {
             end: self.context.time(),
@@ -401,7 +445,7 @@ impl Session {
             (self.state.profiler.memory, self.state.profiler.reserved) = self.display.memory();
         }
         self.frames += 1;
-        Ok(Some((times, has_picture)))
+        Ok(Some((times, has_picture.then_some(scale))))
     }
 
     /// Lets the scene's time go on.
@@ -517,6 +561,11 @@ impl Session {
         }
         Ok(())
     }
+}
+
+/// At least a pixel.
+fn scaled(size: [u32; 2], scale: f32) -> [u32; 2] {
+    size.map(|side| ((side as f32 * scale).round() as u32).max(1))
 }
 
 fn watch(document: &Document) -> Watch {
