@@ -106,6 +106,6 @@ mod tests {
         assert_eq!(after(&mut moving, 0.3, 0.02, 15.0), 1.0);
         // What moves next has a step again once the last motion has ended.
         moving.rest();
-        assert_eq!(after(&mut moving, 0.02, 0.1, 15.0), SCALES[1]);
+        assert_eq!(after(&mut moving, 0.01, 0.1, 15.0), SCALES[1]);
     }
 }
