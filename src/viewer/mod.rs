@@ -17,12 +17,12 @@ mod dialogs;
 mod differences;
 mod display;
 mod document;
+mod dynamic_resolution;
 mod edits;
 mod handles;
 mod host;
 #[cfg(feature = "dev")]
 mod loss;
-mod moving_resolution;
 mod orbit;
 mod overlay_panel;
 mod panels;

@@ -11,8 +11,7 @@ pub struct Quality {
     pub refines: bool,
     /// Pixels of the picture per pixel of the window, on a side.
     pub resolution: f32,
-    /// Pictures per second below which pictures have fewer pixels while something moves; 0: they never have. Only where a still
-    /// picture becomes finer.
+    /// Pictures per second that dynamic resolution keeps; 0: off. It needs `refines`, by which a still picture gets its pixels back.
     pub frame_rate: f32,
     /// Factor on the sides of light maps.
     pub light_map_scale: f64,
@@ -31,8 +30,8 @@ impl Default for Quality {
 }
 
 impl Quality {
-    /// Whether pictures may have fewer pixels while something moves.
-    pub fn adapts(&self) -> bool {
+    /// Whether pictures have dynamic resolution while something moves.
+    pub fn is_dynamic(&self) -> bool {
         self.refines && self.frame_rate > 0.0
     }
 

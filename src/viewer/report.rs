@@ -16,7 +16,7 @@ struct Section {
     /// ms
     intervals: Vec<f64>,
     host: Vec<f64>,
-    /// Pixels of its coarsest picture over those at rest, on a side.
+    /// The smallest of the pictures' scales by dynamic resolution.
     scale: Option<f32>,
     /// Memory of the process at its end, bytes.
     memory: u64,
@@ -59,7 +59,7 @@ struct SectionReport {
     pictures: u32,
     frame_ms: Option<Times>,
     host_ms: Option<Times>,
-    /// Pixels of the coarsest picture over those at rest, on a side.
+    /// The smallest of the pictures' scales by dynamic resolution.
     scale: Option<f32>,
     memory: u64,
 }
@@ -100,7 +100,7 @@ impl Recorder {
         self.first_picture.is_some()
     }
 
-    /// Adds a frame; times in ms. `scale`: of its picture, if it has one.
+    /// Adds a frame; times in ms. `scale`: of a new picture by dynamic resolution.
     pub fn add(&mut self, interval: Option<f64>, host: f64, scale: Option<f32>) {
         let has_picture = scale.is_some();
         self.frames += 1;
@@ -184,7 +184,7 @@ impl Report {
                 );
             }
             if let Some(scale) = section.scale.filter(|scale| *scale < 1.0) {
-                text += &format!("\n  resolution  {scale:.2} at least");
+                text += &format!("\n  dynamic resolution  down to {scale:.2}");
             }
             if let Some(times) = section.host_ms {
                 text += &format!(

@@ -3,8 +3,8 @@
 use super::capture::Captured;
 use super::display::{Display, Draw, FRAMES_IN_FLIGHT, Panels};
 use super::document::Document;
+use super::dynamic_resolution::DynamicResolution;
 use super::edits::Edits;
-use super::moving_resolution::MovingResolution;
 use super::panels;
 use super::player::Player;
 use super::profiler::{FrameTimes, Measured};
@@ -44,7 +44,7 @@ struct PictureKey {
     techniques: Vec<Technique>,
     /// With the exposure, EV, that their colours are made for.
     overlays: Option<(Vec<Overlay>, f64)>,
-    /// At rest.
+    /// Before dynamic resolution.
     size: [u32; 2],
 }
 
@@ -54,7 +54,7 @@ struct Shown {
     key: PictureKey,
     /// Of refinement.
     stage: u32,
-    /// Pixels over those at rest, on a side.
+    /// By dynamic resolution.
     scale: f32,
     /// Number of the reference's light maps.
     reference: u64,
@@ -77,7 +77,7 @@ pub struct Session {
     watch: Watch,
     /// The last picture.
     shown: Option<Shown>,
-    moving: MovingResolution,
+    resolution: DynamicResolution,
     /// While a side is the reference, with the time, edits and light-map scale that it is of.
     reference: Option<((f64, Edits, f64), Reference)>,
     /// What can be set, of the last picture that could be made.
@@ -135,7 +135,7 @@ impl Session {
             window,
             watch: watch(&state.document),
             shown: None,
-            moving: MovingResolution::default(),
+            resolution: DynamicResolution::default(),
             reference: None,
             last_good: (state.quality, technique, Edits::default()),
             measured: None,
@@ -288,8 +288,7 @@ impl Session {
         screenshot
     }
 
-    /// Draws a frame; what it took, and of a new picture the pixels over those at rest, on a side. `None` where the window shows
-    /// nothing.
+    /// Draws a frame; what it took, and the scale of a new picture by dynamic resolution. `None` where the window shows nothing.
     pub fn frame(
         &mut self,
         player: Option<&mut Player>,
@@ -315,26 +314,8 @@ impl Session {
         let last_scale = (self.shown.as_ref())
             .filter(|shown| shown.key == key)
             .map(|shown| shown.scale);
-        let quality = self.state.quality;
-        let mut scale = last_scale.unwrap_or(self.moving.scale());
-        if last_scale.is_none() {
-            self.state.stage = 0;
-            self.changed = start;
-        } else {
-            let is_due = settles
-                || (!self.is_scripted && self.refines_at().is_some_and(|time| time <= start));
-            if is_due && quality.refines && self.state.stage < STAGES {
-                self.moving.rest();
-                match scale < 1.0 {
-                    true => scale = 1.0,
-                    false => self.state.stage += 1,
-                }
-            }
-        }
-        // Pictures that are kept have all pixels.
-        if !quality.adapts() || screenshot.is_some() || record.is_some() {
-            scale = 1.0;
-        }
+        let is_written = screenshot.is_some() || record.is_some();
+        let scale = self.refine(last_scale, settles, start, is_written);
         let stage = self.state.stage;
         let takes_passes = self.state.windows.profiler;
         let next = Shown {
@@ -420,8 +401,9 @@ impl Session {
         if let (true, true, Some(interval)) = (has_picture, is_new, interval) {
             let time = Duration::from_secs_f64(1e-3 * interval);
             (self.display.sides.iter_mut()).for_each(|side| side.add_time(time));
-            if last_scale.is_none() && quality.adapts() {
-                (self.moving).add(1e-3 * interval, f64::from(quality.frame_rate));
+            let quality = &self.state.quality;
+            if last_scale.is_none() && quality.is_dynamic() {
+                (self.resolution).add(interval, quality.frame_rate.into());
             }
         }
         let times = FrameTimes {
@@ -446,6 +428,36 @@ impl Session {
         }
         self.frames += 1;
         Ok(Some((times, has_picture.then_some(scale))))
+    }
+
+    /// Sets the stage of the next picture, and returns its scale. `last_scale`: of the last one, if nothing has changed since.
+    fn refine(
+        &mut self,
+        last_scale: Option<f32>,
+        settles: bool,
+        start: Instant,
+        is_written: bool,
+    ) -> f32 {
+        let quality = self.state.quality;
+        let mut scale = last_scale.unwrap_or(self.resolution.scale());
+        if last_scale.is_none() {
+            self.state.stage = 0;
+            self.changed = start;
+        } else {
+            let is_due = settles
+                || (!self.is_scripted && self.refines_at().is_some_and(|time| time <= start));
+            if is_due && quality.refines && self.state.stage < STAGES {
+                self.resolution.rest();
+                match scale < 1.0 {
+                    true => scale = 1.0,
+                    false => self.state.stage += 1,
+                }
+            }
+        }
+        match quality.is_dynamic() && !is_written {
+            true => scale,
+            false => 1.0,
+        }
     }
 
     /// Lets the scene's time go on.
