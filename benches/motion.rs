@@ -35,6 +35,7 @@ fn main() {
         let [mut stills, mut evaluations, mut updates, mut movings] = [(); 4].map(|()| Vec::new());
         for frame in 0..WARM_UP + FRAMES {
             let start = Instant::now();
+            still.invalidate();
             still.caustic().unwrap();
             let still = start.elapsed().as_secs_f64();
 
