@@ -16,23 +16,19 @@ const TARGET: f64 = 0.06; // s
 const GROWTH: u64 = 8;
 /// A cost changes by this factor at most from one submission to the next.
 const MOST_CHANGE: f64 = 8.0;
+/// Once learnt, a cost falls by this factor at most from one submission to the next, so that the expensive parts of a
+/// picture determine how much a submission holds.
+const MEMORY: f64 = 0.97;
 /// Submissions after which a cost counts as learnt: the first ones include work that drivers defer, such as compiling
 /// shaders.
 const LEARNING: u32 = 4;
-/// Wall time of a submission from which on it tells how expensive its work is, s. That of shorter ones may mostly be what every
-/// submission takes, whatever it holds: 0.05 to 0.5 ms.
-const TELLING: f64 = TARGET / 8.0;
 
 /// One kind of work.
 #[derive(Debug)]
 struct Work {
     name: &'static str,
-    /// s a unit; `None` before the first submission that held any. Once learnt it only rises during a frame, so that the
-    /// expensive parts of a picture determine how much a submission holds.
+    /// s a unit; `None` before the first submission that held any.
     cost: Option<f64>,
-    /// What submissions of this frame showed since the cost is learnt, s a unit: the largest of those that took more than
-    /// [`TELLING`], and the smallest of the others. It is the cost of the next frame.
-    seen: [Option<f64>; 2],
     /// Submissions that held any.
     count: u32,
     /// Units of the largest one.
@@ -63,7 +59,6 @@ impl Pace {
             self.works.push(Work {
                 name,
                 cost: None,
-                seen: [None; 2],
                 count: 0,
                 largest: 0,
                 open: 0,
@@ -71,14 +66,6 @@ impl Pace {
             self.works.len() - 1
         });
         &mut self.works[index]
-    }
-
-    /// Forgets costs that no submission of the last frame showed.
-    pub fn begin_frame(&mut self) {
-        for work in &mut self.works {
-            let [telling, short] = std::mem::take(&mut work.seen);
-            work.cost = telling.or(short).or(work.cost);
-        }
     }
 
     /// Allowance in the open submission for `wanted` units. `first` is for a kind of work that was never
@@ -115,33 +102,23 @@ impl Pace {
         let expected: f64 = (self.works.iter())
             .map(|work| work.cost.unwrap_or(0.0) * work.open as f64)
             .sum();
-        let has_unknown = (self.works.iter()).any(|work| work.open > 0 && work.cost.is_none());
         for work in self.works.iter_mut().filter(|work| work.open > 0) {
             let units = std::mem::take(&mut work.open);
-            let Some(wall) = wall.map(|wall| wall.as_secs_f64()) else {
-                continue;
-            };
+            let Some(wall) = wall else { continue };
             work.largest = work.largest.max(units);
             work.count += 1;
-            let is_telling = wall > TELLING;
-            let most = if is_telling { MOST_CHANGE } else { 1.0 };
-            let shown = match work.cost {
-                // What the known work beside it leaves.
-                None => (wall - expected).max(0.0) / units as f64,
-                Some(cost) if has_unknown => cost,
-                Some(cost) => cost * (wall / expected).clamp(1.0 / MOST_CHANGE, most),
-            };
-            if work.count < LEARNING {
-                work.cost = Some(shown);
-                continue;
-            }
-            let [telling, short] = &mut work.seen;
-            if is_telling {
-                *telling = Some(telling.map_or(shown, |seen| seen.max(shown)));
-                work.cost = work.cost.map(|cost| cost.max(shown));
-            } else {
-                *short = Some(short.map_or(shown, |seen| seen.min(shown)));
-            }
+            work.cost = Some(match work.cost {
+                // Alone in its submission.
+                None => wall.as_secs_f64() / units as f64,
+                Some(cost) => {
+                    let least = if work.count < LEARNING {
+                        1.0 / MOST_CHANGE
+                    } else {
+                        MEMORY
+                    };
+                    cost * (wall.as_secs_f64() / expected).clamp(least, MOST_CHANGE)
+                }
+            });
         }
     }
 }
@@ -184,77 +161,7 @@ mod tests {
         );
         assert_eq!(first.iter().sum::<u64>(), 1_000_000);
         // Known now.
-        pace.begin_frame();
         assert_eq!(run(&mut pace, "project", 50_000, 64, cost), [50_000]);
-    }
-
-    /// Every submission takes 0.3 ms, whatever it holds, and what is measured first holds little.
-    #[test]
-    fn the_time_of_a_submission_is_no_cost_of_its_work() {
-        let mut pace = Pace::default();
-        let mut frame = || {
-            pace.begin_frame();
-            let (mut submissions, mut units_open) = (0, 0);
-            let mut close = |pace: &mut Pace, units_open: &mut u64| {
-                let wall = 3e-4 + 1e-8 * *units_open as f64;
-                pace.close(Some(Duration::from_secs_f64(wall)));
-                (submissions, *units_open) = (submissions + 1, 0);
-            };
-            for (name, wanted) in [
-                ("classify", 30_000),
-                ("direct", 400_000),
-                ("reflect", 20_000),
-            ] {
-                let mut left = wanted;
-                while left > 0 {
-                    match pace.allowance(name, left, 64) {
-                        Allowance::Units(units) => {
-                            pace.spend(name, units);
-                            (left, units_open) = (left - units, units_open + units);
-                        }
-                        Allowance::Full => close(&mut pace, &mut units_open),
-                    }
-                }
-            }
-            close(&mut pace, &mut units_open);
-            submissions
-        };
-        let submissions: Vec<u32> = (0..6).map(|_| frame()).collect();
-        assert!(submissions[0] > 6, "{submissions:?}");
-        assert_eq!(submissions[4..], [1, 1], "{submissions:?}");
-    }
-
-    #[test]
-    fn what_a_frame_holds_is_known_in_the_next_and_one_that_waited_is_forgotten() {
-        let mut pace = Pace::default();
-        for _ in 0..LEARNING {
-            run(&mut pace, "shade", 30_000, 30_000, 1e-6);
-        }
-        // The middle of the picture is expensive.
-        for _ in 0..3 {
-            pace.begin_frame();
-            run(&mut pace, "shade", 30_000, 1, 1e-6);
-            run(&mut pace, "shade", 30_000, 1, 4e-6);
-            let edge = run(&mut pace, "shade", 30_000, 1, 1e-6);
-            assert!(edge.len() > 1, "{edge:?}");
-        }
-        pace.begin_frame();
-        let middle = run(&mut pace, "shade", 30_000, 1, 4e-6);
-        assert!(
-            middle
-                .iter()
-                .all(|units| *units as f64 * 4e-6 <= 1.001 * TARGET),
-            "{middle:?}"
-        );
-        // Once a submission waited for another program.
-        pace.begin_frame();
-        run(&mut pace, "shade", 10_000, 1, 2e-5);
-        for _ in 0..2 {
-            pace.begin_frame();
-            run(&mut pace, "shade", 10_000, 1, 1e-6);
-        }
-        pace.begin_frame();
-        assert_eq!(run(&mut pace, "shade", 50_000, 1, 1e-6), [50_000]);
     }
 
     #[test]

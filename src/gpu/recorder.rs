@@ -79,10 +79,6 @@ pub struct Recorder {
     times: Vec<PassTime>,
     submissions: Submissions,
     pace: Pace,
-    /// Whether [`Recorder::tiled`] records.
-    is_tiled: bool,
-    /// The first of the passes recorded outside of it that the pace does not know of yet.
-    untiled: Option<&'static str>,
     progress: Progress,
     watcher: Option<Watcher>,
     /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
@@ -169,8 +165,6 @@ impl Recorder {
             times: Vec::new(),
             submissions: Submissions::default(),
             pace: Pace::default(),
-            is_tiled: false,
-            untiled: None,
             progress: Progress {
                 work: "",
                 done: 0.0,
@@ -230,7 +224,6 @@ impl Recorder {
     pub fn begin_frame(&mut self) -> Result<()> {
         self.times.clear();
         self.submissions = Submissions::default();
-        self.pace.begin_frame();
         match self.is_ours() {
             true => Ok(()),
             false => Err(of_host()),
@@ -250,7 +243,6 @@ impl Recorder {
         first: u64,
         mut record: impl FnMut(&mut Self, u64, u64) -> Result<u64>,
     ) -> Result<()> {
-        self.spend_untiled();
         let mut done = 0;
         while done < total {
             if !self.is_ours() {
@@ -264,10 +256,7 @@ impl Recorder {
                     continue;
                 }
             };
-            self.is_tiled = true;
-            let recorded = record(self, done, allowed);
-            self.is_tiled = false;
-            let units = recorded?;
+            let units = record(self, done, allowed)?;
             self.pace.spend(work, units);
             done += units;
             self.progress = Progress {
@@ -276,14 +265,6 @@ impl Recorder {
             };
         }
         Ok(())
-    }
-
-    /// Passes that are not divided are a unit of work of their own, so that what shares a submission with them is not taken to be as
-    /// expensive as they are.
-    fn spend_untiled(&mut self) {
-        if let Some(first) = self.untiled.take() {
-            self.pace.spend(first, 1);
-        }
     }
 
     fn begin(&mut self) -> Result<()> {
@@ -317,7 +298,6 @@ impl Recorder {
             // Beginning failed the last time, so nothing was recorded since.
             return self.begin();
         }
-        self.spend_untiled();
         let names = std::mem::take(&mut self.open);
         let start = Instant::now();
         let result = match self.refused.take() {
@@ -407,9 +387,6 @@ impl Recorder {
                 None
             });
         self.open.push(name);
-        if !self.is_tiled {
-            self.untiled.get_or_insert(name);
-        }
         self.labelled(name, record);
         if let Some(scope) = scope {
             self.timestamps.end(self.commands, scope);
