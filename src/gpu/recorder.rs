@@ -2,7 +2,7 @@
 
 use super::pace::{Allowance, Pace};
 use super::timestamps::Timestamps;
-use super::{Context, device_error};
+use super::{Buffer, Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
 use std::collections::VecDeque;
@@ -84,6 +84,8 @@ pub struct Recorder {
     /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
     pub(super) refused: Option<Error>,
     wait_each_pass: bool,
+    /// What [`Recorder::read`] copied to the last time.
+    pub(super) host: Option<Buffer>,
 }
 
 impl Recorder {
@@ -172,6 +174,7 @@ impl Recorder {
             watcher: None,
             refused: None,
             wait_each_pass: false,
+            host: None,
         }
     }
 

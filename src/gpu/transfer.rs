@@ -35,25 +35,39 @@ impl Buffer {
     /// # Panics
     /// Where the buffer holds fewer.
     pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
+        Recorder::new(&self.owned.context)?.read(self, count)
+    }
+}
+
+impl Recorder {
+    /// Submits what was recorded with a copy of a buffer's first `count` elements to the host, and waits.
+    ///
+    /// # Errors
+    /// As [`Recorder::submit`].
+    ///
+    /// # Panics
+    /// Where the buffer holds fewer.
+    pub fn read<T: Pod>(&mut self, buffer: &Buffer, count: usize) -> Result<Vec<T>> {
         let bytes = (count as u64)
             .checked_mul(size_of::<T>() as u64)
-            .filter(|bytes| *bytes <= self.bytes)
+            .filter(|bytes| *bytes <= buffer.bytes)
             .unwrap_or_else(|| {
                 let element = size_of::<T>();
-                let bytes = self.bytes;
+                let bytes = buffer.bytes;
                 panic!("{count} elements of {element} bytes are read from a buffer of {bytes}")
             });
-        let context = &self.owned.context;
-        let mut host = Self::readback(context, bytes)?;
-        let mut recorder = Recorder::new(context)?;
-        recorder.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
+        let mut host = match self.host.take() {
+            Some(host) if host.bytes >= bytes => host,
+            _ => Buffer::readback(&self.context, bytes)?,
+        };
+        self.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
         let region = vk::BufferCopy::default().size(bytes);
-        recorder.copy_buffer(self.handle, host.handle, region);
-        recorder.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
-        recorder.submit()?;
-        Ok(bytemuck::pod_collect_to_vec(
-            &host.mapped()[..bytes as usize],
-        ))
+        self.copy_buffer(buffer.handle, host.handle, region);
+        self.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
+        self.submit()?;
+        let elements = bytemuck::pod_collect_to_vec(&host.mapped()[..bytes as usize]);
+        self.host = Some(host);
+        Ok(elements)
     }
 }
 

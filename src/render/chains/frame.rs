@@ -115,8 +115,7 @@ fn splat_landings(
     // A host's command buffer records the maximum number of batches.
     let mut total = landings.splat_capacity;
     if recorder.is_ours() {
-        recorder.submit()?;
-        total = landings.splat_count()?;
+        total = landings.splat_count(recorder)?;
     }
     let first = scene.first_pairs();
     recorder.tiled("landings", total.into(), first, |r, done, limit| {

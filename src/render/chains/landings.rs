@@ -194,12 +194,12 @@ impl Landings {
         })
     }
 
-    /// Number of mesh footprints of the last frame, as far as there was room, after waiting for its passes so far.
+    /// Submits what was recorded and waits; the number of mesh footprints, as far as there is room.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device fails.
-    pub fn splat_count(&self) -> Result<u32> {
-        let totals: Vec<u32> = self.totals.read(ARGUMENT_WORDS as usize)?;
+    /// As [`Recorder::submit`].
+    pub fn splat_count(&self, recorder: &mut Recorder) -> Result<u32> {
+        let totals: Vec<u32> = recorder.read(&self.totals, ARGUMENT_WORDS as usize)?;
         Ok(totals[UNITS_WORD as usize].min(self.splat_capacity))
     }
 

@@ -276,8 +276,7 @@ fn each_listed(
             record(r, Items::All);
         });
     }
-    recorder.submit()?;
-    let count = list.count(index as usize)?;
+    let count = list.count(recorder, index as usize)?;
     let per_group = u64::from(list.per_group);
     let groups = u64::from(count.div_ceil(list.per_group));
     recorder.tiled(pass, groups, first, |r, done, limit| {

@@ -71,12 +71,12 @@ impl WorkList {
         recorder.dispatch(&self.plan, &push, [1, 1, 1]);
     }
 
-    /// Number of items of list 0 or 1 of the last submission.
+    /// Submits what was recorded and waits; the number of items of list 0 or 1.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] where the device fails.
-    pub fn count(&self, list: usize) -> Result<u32> {
-        Ok(self.counts.read::<u32>(2)?[list])
+    /// As [`Recorder::submit`].
+    pub fn count(&self, recorder: &mut Recorder, list: usize) -> Result<u32> {
+        Ok(recorder.read::<u32>(&self.counts, 2)?[list])
     }
 
     /// Workgroups of a dispatch over so many items, across and down.
