@@ -1,7 +1,9 @@
 //! `nephroid bake`: a receiver's light map.
 
 use super::files::MapFiles;
-use super::gpu_options::{GpuOptions, Job};
+use super::gpu_options::GpuOptions;
+use super::job::Job;
+use super::session::Session;
 use clap::{Args, ValueEnum};
 use nephroid::Result;
 use nephroid::image_file::{RgbImage, write_exr};
@@ -36,7 +38,7 @@ enum Component {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (files, gpu) = (&arguments.map.files, &arguments.gpu);
     let shots = files.shots(&gpu.timeline, &["exr"])?;
-    let session = gpu.open(&files.scene, shots[0].time)?;
+    let session = Session::open(gpu, &files.scene, shots[0].time)?;
     let (receiver, _) = arguments.map.find_receiver(&session.scene)?;
     let component = arguments.component;
     let job = Bake {

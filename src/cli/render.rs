@@ -1,7 +1,9 @@
 //! `nephroid render`: the camera's view.
 
 use super::files::{Files, has_extension, radiance_comment};
-use super::gpu_options::{GpuOptions, Job, one_of};
+use super::gpu_options::{GpuOptions, one_of};
+use super::job::Job;
+use super::session::Session;
 use clap::Args;
 use clap::builder::TypedValueParser;
 use nephroid::image_file::{RgbImage, write_exr, write_png};
@@ -46,7 +48,7 @@ pub fn picture_size(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (files, gpu) = (&arguments.files, &arguments.gpu);
     let shots = files.shots(&gpu.timeline, &["png", "exr"])?;
-    let session = gpu.open(&files.scene, shots[0].time)?;
+    let session = Session::open(gpu, &files.scene, shots[0].time)?;
     gpu.execute(session, files, &shots, arguments)
 }
 

@@ -11,28 +11,43 @@ use nephroid::scene::Scene;
 use std::sync::OnceLock;
 
 const TEXELS: [u32; 2] = [256, 256];
-/// Angular radii, degrees: the sun's, and that of a lamp.
-const SUN: f64 = 0.2665;
-const LAMP: f64 = 2.5;
+/// A light far away.
+struct Disc {
+    /// Angular radius.
+    degrees: f64,
+    /// Expected L1 error of its reference.
+    noise: f64,
+}
 
-fn scene(degrees: f64) -> Scene {
-    with_sun_of(with_texels(load("ring.toml"), "floor", TEXELS), degrees)
+const SUN: Disc = Disc {
+    degrees: 0.2665,
+    noise: 0.006,
+};
+/// As wide as a lamp. The bounds under it leave room for more noise, and its reference takes longer.
+const LAMP: Disc = Disc {
+    degrees: 2.5,
+    noise: 0.008,
+};
+
+fn scene(light: &Disc) -> Scene {
+    with_sun_of(
+        with_texels(load("ring.toml"), "floor", TEXELS),
+        light.degrees,
+    )
 }
 
 /// The reference, and the standard error of an L1 to it.
-fn reference(degrees: f64) -> (RgbImage, f64) {
-    // Expected L1 error. The bounds under the lamp leave room for more, and its reference takes longer.
-    let noise = if degrees == LAMP { 0.008 } else { 0.006 };
-    let reference = truth(&scene(degrees), "floor", TEXELS, &options(noise));
+fn reference(light: &Disc) -> (RgbImage, f64) {
+    let reference = truth(&scene(light), "floor", TEXELS, &options(light.noise));
     (image(&reference), l1_noise(&reference))
 }
 
 /// L1 of the footprints of about `samples` patches, seen to be worse where the light is 5 % too
 /// bright and where the floor is off by a texel.
-fn footprints_are_within(degrees: f64, samples: u32, bound: f64) {
+fn footprints_are_within(light: &Disc, samples: u32, bound: f64) {
     let device = Device::open();
-    let scene = scene(degrees);
-    let (truth, noise) = reference(degrees);
+    let scene = scene(light);
+    let (truth, noise) = reference(light);
     let mut renderer = device.renderer(&scene, &footprint(samples));
     renderer.caustic().unwrap();
     let lit = renderer.lit_patches().unwrap().expect("one batch");
@@ -52,30 +67,30 @@ fn footprints_are_within(degrees: f64, samples: u32, bound: f64) {
             &device.caustic(&perturbed, "floor", &footprint(samples)),
             &truth,
         );
-        let what = format!("ring, {degrees}°, {lit} footprints, L1");
+        let what = format!("ring, {}°, {lit} footprints, L1", light.degrees);
         assert_error_beyond_noise(&what, bound, noise, error, perturbed);
     }
 }
 
 #[test]
 fn footprints_under_the_sun() {
-    footprints_are_within(SUN, 4096, 0.033);
-    footprints_are_within(SUN, 16_384, 0.017);
-    footprints_are_within(SUN, 65_536, 0.012);
+    footprints_are_within(&SUN, 4096, 0.033);
+    footprints_are_within(&SUN, 16_384, 0.017);
+    footprints_are_within(&SUN, 65_536, 0.012);
 }
 
 #[test]
 fn footprints_under_a_lamp() {
-    footprints_are_within(LAMP, 4096, 0.035);
-    footprints_are_within(LAMP, 65_536, 0.015);
+    footprints_are_within(&LAMP, 4096, 0.035);
+    footprints_are_within(&LAMP, 65_536, 0.015);
 }
 
 /// The sun's blur, 0.53° on the way, is less than a texel here: beams do without it.
 #[test]
 fn beams_under_the_sun() {
     let device = Device::open();
-    let scene = scene(SUN);
-    let (truth, noise) = reference(SUN);
+    let scene = scene(&SUN);
+    let (truth, noise) = reference(&SUN);
     let error = |scene: &Scene, samples| {
         let map = device.caustic(scene, "floor", &method(Method::Beams, samples));
         assert_physical(&map);
@@ -97,13 +112,13 @@ fn points(samples: u32) -> &'static RgbImage {
     static FINE: OnceLock<RgbImage> = OnceLock::new();
     let cell = if samples < 4_000_000 { &COARSE } else { &FINE };
     cell.get_or_init(|| {
-        Device::open().caustic(&scene(SUN), "floor", &method(Method::Points, samples))
+        Device::open().caustic(&scene(&SUN), "floor", &method(Method::Points, samples))
     })
 }
 
 #[test]
 fn points_converge() {
-    let (truth, _) = reference(SUN);
+    let (truth, _) = reference(&SUN);
     let few = l1(points(250_000), &truth);
     let many = l1(points(4_000_000), &truth);
     let bright = l1(&scaled(points(4_000_000), 1.05), &truth);
@@ -139,8 +154,8 @@ fn quarter(map: &RgbImage) -> RgbImage {
 #[test]
 fn pinhole_without_its_filter_is_noisier() {
     let device = Device::open();
-    let scene = only_receiver(scene(LAMP), "floor", [64, 64]);
-    let truth = quarter(&reference(LAMP).0);
+    let scene = only_receiver(scene(&LAMP), "floor", [64, 64]);
+    let truth = quarter(&reference(&LAMP).0);
     let error = |filter| {
         let settings = Settings {
             filter,
