@@ -219,7 +219,7 @@ impl GpuOptions {
                 camera = Some(Spread::of(&still));
             }
             passes = Some(profile(&repeat(FRAMES, || {
-                times_of_passes(renderer, frame)
+                times_of_passes(renderer, |r| job.render(r, scene))
             })?));
         } else {
             times.push(first);
@@ -269,7 +269,7 @@ fn repeat<T>(most: usize, mut frame: impl FnMut() -> Result<T>) -> Result<Vec<T>
     Ok(results)
 }
 
-/// Renders a frame pass by pass.
+/// Computes a frame again, pass by pass.
 fn times_of_passes(
     renderer: &mut Renderer,
     frame: impl FnOnce(&mut Renderer) -> Result<()>,

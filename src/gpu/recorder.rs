@@ -84,8 +84,8 @@ pub struct Recorder {
     /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
     pub(super) refused: Option<Error>,
     wait_each_pass: bool,
-    /// What [`Recorder::read`] copied to the last time.
-    pub(super) host: Option<Buffer>,
+    /// Memory of the last [`Recorder::read`], which the next one uses again if it suffices.
+    pub(super) readback: Option<Buffer>,
 }
 
 impl Recorder {
@@ -174,7 +174,7 @@ impl Recorder {
             watcher: None,
             refused: None,
             wait_each_pass: false,
-            host: None,
+            readback: None,
         }
     }
 

@@ -56,17 +56,17 @@ impl Recorder {
                 let bytes = buffer.bytes;
                 panic!("{count} elements of {element} bytes are read from a buffer of {bytes}")
             });
-        let mut host = match self.host.take() {
-            Some(host) if host.bytes >= bytes => host,
+        let mut readback = match self.readback.take() {
+            Some(readback) if readback.bytes >= bytes => readback,
             _ => Buffer::readback(&self.context, bytes)?,
         };
         self.barrier(Access::ANY_WRITE, Access::TRANSFER_READ);
         let region = vk::BufferCopy::default().size(bytes);
-        self.copy_buffer(buffer.handle, host.handle, region);
+        self.copy_buffer(buffer.handle, readback.handle, region);
         self.barrier(Access::TRANSFER_WRITE, Access::HOST_READ);
         self.submit()?;
-        let elements = bytemuck::pod_collect_to_vec(&host.mapped()[..bytes as usize]);
-        self.host = Some(host);
+        let elements = bytemuck::pod_collect_to_vec(&readback.mapped()[..bytes as usize]);
+        self.readback = Some(readback);
         Ok(elements)
     }
 }

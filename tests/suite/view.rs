@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 
 const SIZE: [u32; 2] = [160, 90];
 
-/// Largest error of the position between two texels, in texels, that devices may make in a bilinear look-up: a Vulkan device has at
-/// least 4 bits (`subTexelPrecisionBits`), GPUs and lavapipe have 8.
+/// Rounding error of the position in a bilinear look-up, in texels, at the 8 bits (`subTexelPrecisionBits`) that GPUs and lavapipe
+/// report.
 const ROUNDING: f64 = 1.0 / 512.0;
 
 fn view(device: &Device, scene: &Scene) -> (Renderer, RgbImage) {
@@ -110,7 +110,7 @@ fn floor_of_the_ring() {
     // All of the inside that the sun reaches, where there is a caustic.
     let floor = scene.object_index("floor").unwrap();
     let map = renderer.read_caustic(floor).unwrap();
-    let (mut pixels, mut lit) = (Vec::new(), Vec::new());
+    let mut lit = Vec::new();
     for i in 0..40 * 40 {
         let [x, z] = [i % 40, i / 40].map(|i| (f64::from(i) + 0.5) / 40.0 * 1.6 - 0.8);
         let Some((pixel, shown)) = look(&scene.camera, DVec3::new(x, 0.0, z), DVec3::Y) else {
@@ -152,18 +152,18 @@ fn floor_of_the_ring() {
         }
         if caustic.x > 0.2 {
             let rounding = 2.0 * ROUNDING * (brightest - darkest);
-            lit.push([open_irradiance(&scene) + caustic, rounding].map(|e| albedo / PI * e));
-            pixels.push(pixel);
+            let exact = open_irradiance(&scene) + caustic;
+            lit.push((pixel, albedo / PI * exact, albedo / PI * rounding));
         }
     }
     assert!(lit.len() > 30, "{} pixels", lit.len());
-    // What is beyond the rounding counts.
+    // The error beyond the rounding.
     let worst = |image: &RgbImage| {
-        let beyond = |(pixel, [exact, rounding]): (&usize, &[DVec3; 2])| {
-            let shown = DVec3::from(image.pixels[*pixel].map(f64::from));
+        let beyond = |&(pixel, exact, rounding): &(usize, DVec3, DVec3)| {
+            let shown = DVec3::from(image.pixels[pixel].map(f64::from));
             (((shown - exact).abs() - rounding) / exact).max_element()
         };
-        pixels.iter().zip(&lit).map(beyond).fold(0.0, f64::max)
+        lit.iter().map(beyond).fold(0.0, f64::max)
     };
     let [error, perturbed] = [&image, &bright].map(worst);
     assert_error("view, floor in the caustic", 0.01, error, perturbed);
