@@ -12,8 +12,8 @@ use nephroid::Error;
 use nephroid::gpu::{Context, External};
 use nephroid::measure::Spread;
 use nephroid::optics::reflect;
-use nephroid::render::{Frame, Renderer, Settings, ViewFrame};
-use nephroid::scene::Scene;
+use nephroid::render::{Frame, Renderer, ViewFrame};
+use nephroid::scene::{Geometry, Scene};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::time::Instant;
@@ -22,14 +22,18 @@ use std::time::Instant;
 #[test]
 fn a_host_gets_the_bits_of_the_blocking_calls() {
     const FRAMES: u32 = 120;
-    let rendered = host::render([160, 90], FRAMES, true).unwrap();
+    // A simple ring and few texels: the checks make shaders slow.
+    let mut still = common::with_texels(host::scene().unwrap(), "floor", [64, 64]);
+    common::object_mut(&mut still, "ring").geometry =
+        Geometry::Mesh(common::hollow_cylinder(1.0, 0.6, 64).into());
+    let settings = footprint(1024);
+    let rendered = host::render(&still, &settings, [160, 90], FRAMES, true).unwrap();
     assert_eq!(rendered.messages, Vec::<String>::new());
     let colours = rendered.picture.chunks(4).map(|pixel| pixel[0]);
     assert!(colours.clone().max() > Some(200) && colours.min() < Some(50));
 
-    let still = host::scene().unwrap();
     let device = common::Device::open();
-    let mut renderer = device.renderer(&host::scene_at(&still, 0), &Settings::default());
+    let mut renderer = device.renderer(&host::scene_at(&still, 0), &settings);
     for frame in 1..FRAMES {
         renderer.update(&host::scene_at(&still, frame)).unwrap();
     }

@@ -159,7 +159,9 @@ fn all_scenes_are_shown() {
 #[test]
 fn scenes_and_methods_are_shown() {
     const SCENES: [&str; 6] = ["bumps", "globe", "lamp", "mesh_cage", "pool", "two_mirrors"];
-    let mut script = String::from("set light-maps 0.25\nset refine off\n");
+    let mut script = String::from(
+        "set light-maps 0.25\nset refine off\nset samples 500\nset images 1\nset cells 64\n",
+    );
     for method in ["points", "beams", "pinhole", "footprint"] {
         writeln!(script, "set method {method}\nframes 2\nexpect no error").unwrap();
     }
@@ -408,8 +410,9 @@ fn long_runs_are_steady() {
     let folder = folder();
     let scene = folder.path().join("scene.toml");
     std::fs::write(&scene, small_scene(1.0)).unwrap();
-    let mut script =
-        String::from("set panels off\nset refine off\nmodifiers ctrl\ndrag left 30 30 60 40 60\n");
+    let mut script = String::from(
+        "set panels off\nset refine off\nset samples 500\nmodifiers ctrl\ndrag left 30 30 60 40 60\n",
+    );
     const FRAMES: u64 = 400;
     let names: Vec<_> = (0..5).map(|part| format!("part {part}")).collect();
     for name in &names {

@@ -60,9 +60,14 @@ pub fn scene() -> Result<Scene> {
     Ok(scene)
 }
 
-/// Renders `frames` frames and reads the last one back.
-pub fn render(size: [u32; 2], frames: u32, validate: bool) -> Result<Rendered> {
-    let still = scene()?;
+/// Renders `frames` frames of a scene and reads the last one back.
+pub fn render(
+    still: &Scene,
+    settings: &Settings,
+    size: [u32; 2],
+    frames: u32,
+    validate: bool,
+) -> Result<Rendered> {
     let messages = Messages::default();
     let (picture, light_map, record_seconds) = {
         let host = Host::new(validate.then_some(&messages))?;
@@ -70,10 +75,10 @@ pub fn render(size: [u32; 2], frames: u32, validate: bool) -> Result<Rendered> {
         let context = unsafe { Context::from_raw(host.external()) }?;
         let settings = Settings {
             frames_in_flight: FRAMES_IN_FLIGHT as u32,
-            ..Settings::default()
+            ..settings.clone()
         };
-        let mut renderer = Renderer::new(&context, &scene_at(&still, 0), &settings)?;
-        host.run(&mut renderer, &still, size, frames)?
+        let mut renderer = Renderer::new(&context, &scene_at(still, 0), &settings)?;
+        host.run(&mut renderer, still, size, frames)?
     };
     Ok(Rendered {
         picture,

@@ -3,6 +3,7 @@
 
 mod host;
 
+use nephroid::render::Settings;
 use std::error::Error;
 
 const FRAMES: u32 = 120;
@@ -10,7 +11,8 @@ const SIZE: [u32; 2] = [960, 540];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let file = std::env::args().nth(1).unwrap_or("embed_ash.png".into());
-    let rendered = host::render(SIZE, FRAMES, false)?;
+    let scene = host::scene()?;
+    let rendered = host::render(&scene, &Settings::default(), SIZE, FRAMES, false)?;
     image::save_buffer(
         &file,
         &rendered.picture,
