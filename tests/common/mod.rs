@@ -22,7 +22,7 @@ use predicates::prelude::*;
 use predicates::str::contains;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::fmt::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, LazyLock, Mutex, OnceLock};
@@ -48,7 +48,19 @@ pub fn load_with_chains(name: &str) -> Scene {
 
 /// The command line.
 pub fn nephroid() -> Command {
-    Command::cargo_bin("nephroid").unwrap()
+    let mut command = Command::cargo_bin("nephroid").unwrap();
+    command.env(SHADER_CACHE, shader_cache());
+    command
+}
+
+/// Where Mesa keeps compiled shaders: in the same place for commands whose cache is elsewhere, which would compile all of them again.
+const SHADER_CACHE: &str = "MESA_SHADER_CACHE_DIR";
+
+fn shader_cache() -> PathBuf {
+    std::env::var_os(SHADER_CACHE)
+        .map(PathBuf::from)
+        .or_else(dirs::cache_dir)
+        .unwrap()
 }
 
 /// What a command that succeeds prints with `--json`.
@@ -158,16 +170,10 @@ pub fn solve(scene: &Scene, receiver: &str, texels: [u32; 2], options: &Options)
 pub fn truth(scene: &Scene, receiver: &str, texels: [u32; 2], options: &Options) -> Arc<Reference> {
     type Truths = HashMap<blake3::Hash, Arc<OnceLock<Arc<Reference>>>>;
     static TRUTHS: LazyLock<Mutex<Truths>> = LazyLock::new(Mutex::default);
-    struct Feed(blake3::Hasher);
-    impl std::fmt::Write for Feed {
-        fn write_str(&mut self, text: &str) -> std::fmt::Result {
-            self.0.update(text.as_bytes());
-            Ok(())
-        }
-    }
-    let mut feed = Feed(blake3::Hasher::new());
-    write!(feed, "{scene:?} {receiver:?} {texels:?} {options:?}").unwrap();
-    let cell = (TRUTHS.lock().unwrap().entry(feed.0.finalize()).or_default()).clone();
+    let mut hasher = BufWriter::new(blake3::Hasher::new());
+    write!(hasher, "{scene:?} {receiver:?} {texels:?} {options:?}").unwrap();
+    let key = hasher.into_inner().unwrap().finalize();
+    let cell = (TRUTHS.lock().unwrap().entry(key).or_default()).clone();
     // Solved without the lock: others may solve other scenes at the same time.
     cell.get_or_init(|| Arc::new(solve(scene, receiver, texels, options)))
         .clone()
@@ -450,6 +456,7 @@ pub fn ring(elevation: f64, blocks_light: bool) -> Scene {
 pub fn program() -> std::process::Command {
     use std::os::unix::process::CommandExt;
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("nephroid"));
+    command.env(SHADER_CACHE, shader_cache());
     // SAFETY: only a call that may be made between fork and exec.
     unsafe {
         command.pre_exec(|| {
