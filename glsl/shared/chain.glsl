@@ -109,7 +109,7 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
     vec2 high = low + vec2(receiver.width, receiver.height);
     if (landing.distance_ > hit.distance * 1.0001) {
         Object nearer = object_at(triangle_at(hit.triangle).object);
-        bool is_receiver = nearer.kind == DIFFUSE && nearer.receiver >= 0 && nearer.is_mesh == 0;
+        bool is_receiver = nearer.kind == DIFFUSE && nearer.receiver >= 0 && nearer.shape != MESH;
         if (is_in_tile(receiver, landing.centre) || !is_receiver || nearer.receiver == int(index)) return false;
     }
     Changes changes = changes_of(path);

@@ -97,7 +97,7 @@ void count_no_room_for(ChainPath path, vec3 flux) {
 void count_no_room(ChainPath path, ChainHit hit, uint receiver, uint part, uint parts) {
     if (hit.triangle == NO_TRIANGLE || entry_at(path, hit) != landed_entry(path)) return;
     Object object = object_at(triangle_at(hit.triangle).object);
-    if (object.is_mesh != 0 || object.receiver != int(receiver)) return;
+    if (object.shape == MESH || object.receiver != int(receiver)) return;
     vec3 colour = parts == 1 ? colour_of(path) : colour_between(path, float(part) / float(parts), 1.0);
     vec3 flux = colour * flux_after(path, hit.distance);
     count_no_room_for(path, flux);
@@ -106,6 +106,6 @@ void count_no_room(ChainPath path, ChainHit hit, uint receiver, uint part, uint 
 // Counts light that landed on a mesh receiver with the path's hit, where there is no room for its footprints.
 void count_no_room_on_meshes(ChainPath path, ChainHit hit) {
     if (hit.triangle == NO_TRIANGLE || entry_at(path, hit) != landed_entry(path)) return;
-    if (object_at(triangle_at(hit.triangle).object).is_mesh == 0) return;
+    if (object_at(triangle_at(hit.triangle).object).shape != MESH) return;
     count_no_room_for(path, colour_of(path) * flux_after(path, hit.distance));
 }

@@ -8,7 +8,7 @@ bool ends_on_mesh(ChainPath path, ChainHit hit) {
     Triangle triangle = triangle_at(hit.triangle);
     Object object = object_at(triangle.object);
     bool front = dot(cross(triangle.edge1, triangle.edge2), path.direction) < 0.0;
-    return front && object.kind == DIFFUSE && object.receiver != NO_RECEIVER && object.is_mesh != 0;
+    return front && object.kind == DIFFUSE && object.receiver != NO_RECEIVER && object.shape == MESH;
 }
 
 // Changes of the section's centre over the spectrum: of its place, m, and of its slope.

@@ -56,6 +56,7 @@ struct Interaction {
     uvec2 behind;
     vec3 flux;          // that arrives, W
     vec3 reflectance;
+    float traced_reflectance; // of the traced light, which chooses the lobes
 };
 
 // Returns false where the path ends: at a diffuse surface, on the back of a mirror, or, as a ray of a lattice, at another caster
@@ -92,13 +93,17 @@ bool interact(ChainPath path, ChainHit hit, out Interaction at) {
         n = at.geometric;
     }
     at.normal = n;
+    at.traced_reflectance = 1.0;
     float cosine = dot(n, s);
     at.eta = at.object.kind != DIELECTRIC ? 0.0 : is_sheet(at.object) ? 1.0 : from.ior / to.ior;
     at.eta_change = at.eta == 0.0 || is_sheet(at.object) ? 0.0 : (from.dispersion - at.eta * to.dispersion) / to.ior;
     if (at.object.kind == CONDUCTOR) {
         at.reflectance = fresnel_conductor(cosine, at.object.index / from.ior, at.object.extinction / from.ior);
     } else if (at.object.kind == DIELECTRIC) {
-        at.reflectance = vec3(is_sheet(at.object) ? sheet_reflectance(at.object, cosine, from.ior) : fresnel_dielectric(cosine, at.eta));
+        at.traced_reflectance = is_sheet(at.object) ? sheet_reflectance(at.object, cosine, from.ior) : fresnel_dielectric(cosine, at.eta);
+        at.reflectance = vec3(at.traced_reflectance);
+        bool has_colours = DISPERSES && spectral_offset == 0.0 && !is_sheet(at.object) && at.traced_reflectance < 1.0;
+        if (has_colours) at.reflectance = fresnel_dielectric_of_colours(cosine, from.ior_of_colours / to.ior_of_colours);
     } else {
         at.reflectance = at.object.color;
     }
@@ -130,14 +135,14 @@ bool leaves(Interaction at, vec3 direction, bool refracts) {
 // The reflected (0) and the refracted (1) lobe.
 void lobes_of(ChainPath path, Interaction at, out Lobe lobes[2]) {
     vec3 s = -path.direction;
-    bool reflects_more = at.reflectance.x > 0.5;
-    bool has_choice = at.eta > 0.0 && at.reflectance.x < 1.0;
+    bool reflects_more = at.traced_reflectance > 0.5;
+    bool has_choice = at.eta > 0.0 && at.traced_reflectance < 1.0;
     uint weak = weak_lobes_of(path);
     for (int i = 0; i < 2; i++) {
         Lobe lobe;
         lobe.direction = direction_of(at, s, i == 1);
         lobe.flux = at.flux * (i == 0 ? at.reflectance : 1.0 - at.reflectance);
-        bool exists = i == 0 || at.eta > 0.0 && at.reflectance.x < 1.0;
+        bool exists = i == 0 || at.eta > 0.0 && at.traced_reflectance < 1.0;
         lobe.is_weak = has_choice && (i == 0) != reflects_more;
         float share = largest(lobe.flux) / path.first_flux;
         share *= exp2(-2.0 * float(weak));
@@ -164,9 +169,13 @@ float choice(uint index, uint interfaces) {
 // One of the two lobes, chosen in proportion to its light by a number from 0 to 1. Returns false where it is not followed.
 bool choose_lobe(ChainPath path, Interaction at, float number, out Lobe lobe, out bool refracts) {
     vec3 s = -path.direction;
-    refracts = at.eta > 0.0 && number >= at.reflectance.x;
+    refracts = at.eta > 0.0 && number >= at.traced_reflectance;
     lobe.direction = direction_of(at, s, refracts);
     lobe.flux = at.eta > 0.0 ? at.flux : at.flux * at.reflectance;
+    if (DISPERSES && at.eta > 0.0) {
+        // Colours go this way less or more often than the traced light.
+        lobe.flux *= refracts ? (1.0 - at.reflectance) / (1.0 - at.traced_reflectance) : at.reflectance / at.traced_reflectance;
+    }
     lobe.is_weak = false;
     if (!leaves(at, lobe.direction, refracts)) lobe.end = FLUX_CUT_NORMALS;
     else if (!(largest(lobe.flux) * exp2(-2.0 * float(weak_lobes_of(path))) >= LEAST_SHARE * path.first_flux)) lobe.end = FLUX_CUT_FAINT;

@@ -27,9 +27,10 @@ const uint DIFFUSE = 0;
 const uint MIRROR = 1;
 const uint CONDUCTOR = 2;
 const uint DIELECTRIC = 3;
-// `Object.index.z` of a dielectric that is a sheet, or a closed body without a receiver in it.
-const float SHEET = 1.0;
-const float SOLID = 2.0;
+// `Object.shape` of a mesh receiver, of a dielectric that is a sheet, and of one that is a closed body without a receiver in it.
+const uint MESH = 1;
+const uint SHEET = 2;
+const uint SOLID = 3;
 // Steps of the table of the colours of wavelengths.
 const uint SPECTRAL_STEPS = 64;
 // Maximum number of bands of the spectrum that rays of chains carry one each.

@@ -43,12 +43,12 @@ struct Node {
 };
 
 struct Object {
-    vec3 color;      // mirror: reflectance; diffuse surface: albedo; dielectric: change of the index over the spectrum, 0, 0
+    vec3 color;      // mirror: reflectance; diffuse surface: albedo; dielectric: index of refraction of each colour channel's mean wavelength
     uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC
-    vec3 index;      // of refraction; dielectric: index behind the front face, priority, SHEET, SOLID or 0
+    vec3 index;      // of refraction; dielectric: index behind the front face, priority, change of the index over the spectrum
     int receiver;    // index among the receivers of its kind, or NO_RECEIVER; dielectric: the first object with the same medium
     vec3 extinction; // conductor: extinction coefficient; dielectric: absorption, 1/m
-    uint is_mesh;    // 1: `receiver` is the index of a MeshReceiver; 0: of a PlanarReceiver
+    uint shape;      // MESH: `receiver` is the index of a MeshReceiver; SHEET, SOLID or 0
 };
 
 // A sun, a lamp or a cell of the environment. light.glsl evaluates suns and lamps at a point.

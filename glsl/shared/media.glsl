@@ -1,10 +1,8 @@
 // The medium that a ray is in: nested and overlapping bodies by priority (Schmidt & Budge 2002). A list of the media of up to
 // four bodies that contain a place, in the order in which the ray entered them: 16 bits each, one more than `Object.receiver` of
-// the body; 0: none. The including shader declares `objects`.
+// the body; 0: none. The including shader declares `objects`, and includes optics.glsl.
 
 const uint MEDIA_SLOTS = 4;
-// Whether a medium disperses light.
-layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
 
 uint medium_in(uvec2 media, uint slot) {
     return (slot < 2 ? media.x : media.y) >> (16 * (slot & 1)) & 0xffffu;
@@ -38,12 +36,11 @@ uvec2 enter_medium(uvec2 media, uint medium) {
     return media;
 }
 
-// Place of the traced wavelength on the spectrum, beyond the middle (spectrum.glsl).
-float spectral_offset = 0.0;
-
-// What fills a place: index of refraction, its change over the spectrum, and absorption in 1/m. `number` is 0 for air.
+// What fills a place: index of refraction, those of the colour channels, its change over the spectrum, and absorption in 1/m.
+// `number` is 0 for air.
 struct Medium {
     float ior;
+    vec3 ior_of_colours;
     float dispersion;
     vec3 absorption;
     uint number;
@@ -51,7 +48,7 @@ struct Medium {
 
 // Finds the medium of the body with the highest priority; among equal ones, of the body that was entered last.
 Medium filling(uvec2 media) {
-    Medium found = Medium(1.0, 0.0, vec3(0.0), 0);
+    Medium found = Medium(1.0, vec3(1.0), 0.0, vec3(0.0), 0);
     float highest = -FAR;
     for (uint slot = 0; slot < MEDIA_SLOTS; slot++) {
         uint medium = medium_in(media, slot);
@@ -59,7 +56,7 @@ Medium filling(uvec2 media) {
         Object object = object_at(medium - 1);
         if (object.index.y < highest) continue;
         highest = object.index.y;
-        found = Medium(object.index.x + spectral_offset * object.color.x, object.color.x, object.extinction, medium);
+        found = Medium(object.index.x + spectral_offset * object.index.z, object.color, object.index.z, object.extinction, medium);
     }
     return found;
 }

@@ -1,6 +1,11 @@
 // Reflection, refraction, their derivatives, and Fresnel's equations. src/optics.rs cites the sources. `eta` is the
 // index of refraction on the side of the light over that on the other side; 0 stands for reflection.
 
+// Whether a medium disperses light.
+layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
+// Place of the traced light on the spectrum, beyond the middle (spectrum.glsl); 0: light of all wavelengths.
+float spectral_offset = 0.0;
+
 // Whether no surface of the scene refracts. The compiler then removes the equations of refraction.
 layout(constant_id = ID_ONLY_MIRRORS) const bool ONLY_MIRRORS = false;
 
@@ -25,14 +30,19 @@ float fresnel_dielectric(float cosine, float eta) {
     return 0.5 * (r_s * r_s + r_p * r_p);
 }
 
+// The same for light of all wavelengths, with the ratio of indices of each colour channel's mean wavelength.
+vec3 fresnel_dielectric_of_colours(float cosine, vec3 eta) {
+    return vec3(fresnel_dielectric(cosine, eta.r), fresnel_dielectric(cosine, eta.g), fresnel_dielectric(cosine, eta.b));
+}
+
 // A sheet is a pair of interfaces at one place: light passes it as if there were none, less what is reflected.
 bool is_sheet(Object object) {
-    return object.index.z == SHEET;
+    return object.shape == SHEET;
 }
 
 // A closed body without a receiver in it: light that enters it lands nowhere before it meets another surface.
 bool is_solid(Object object) {
-    return object.index.z == SOLID;
+    return object.shape == SOLID;
 }
 
 // Reflectance of a sheet in a medium of the index `around`: light goes to and fro between its interfaces.
@@ -96,11 +106,17 @@ vec3 fresnel_conductor(float cosine, vec3 index, vec3 extinction) {
     return 0.5 * reflectance_s * (1.0 + (even - odd) / (even + odd));
 }
 
-// Reflectance of a specular surface. Dielectrics use `eta`.
+// Reflectance of a specular surface in air. Dielectrics use `eta`.
 vec3 reflected_share(Object object, float cosine, float eta) {
     switch (object.kind) {
     case CONDUCTOR: return fresnel_conductor(cosine, object.index, object.extinction);
-    case DIELECTRIC: return vec3(is_sheet(object) ? sheet_reflectance(object, cosine, 1.0) : fresnel_dielectric(cosine, eta));
+    case DIELECTRIC:
+        if (is_sheet(object)) return vec3(sheet_reflectance(object, cosine, 1.0));
+        if (DISPERSES && spectral_offset == 0.0) {
+            bool front = abs(eta * object.index.x - 1.0) < 1e-5;
+            return fresnel_dielectric_of_colours(cosine, front ? 1.0 / object.color : object.color);
+        }
+        return vec3(fresnel_dielectric(cosine, eta));
     default: return object.color;
     }
 }

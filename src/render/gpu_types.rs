@@ -29,7 +29,7 @@ mirrors! {
     Normals { n0: Vec3, uv0: u32, n1: Vec3, uv1: u32, n2: Vec3, uv2: u32, }
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
-    Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, is_mesh: u32, }
+    Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, shape: u32, }
     Light {
         place: Vec3, size: f32, power: Vec3, is_lamp: u32,
         axis1: Vec3, half_azimuth: f32, axis2: Vec3, half_sine: f32,

@@ -2,9 +2,9 @@
 
 use crate::render::gpu_types;
 use crate::render::gpu_types::constants::{
-    CONDUCTOR, DIELECTRIC, DIFFUSE, MIRROR, NO_RECEIVER, SHEET, SOLID,
+    CONDUCTOR, DIELECTRIC, DIFFUSE, MESH, MIRROR, NO_RECEIVER, SHEET, SOLID,
 };
-use crate::render::spectrum::index_and_change;
+use crate::render::spectrum::{Coordinate, index_and_change};
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 
@@ -15,8 +15,11 @@ pub fn objects(
     receiver_of: impl Fn(usize) -> Option<(u32, bool)>,
     is_solid: impl Fn(usize) -> bool,
 ) -> Vec<gpu_types::Object> {
+    let channels = Coordinate::of(scene).map_or(DVec3::ZERO, Coordinate::channels);
     (scene.objects.iter().enumerate())
-        .map(|(index, object)| object_of(scene, object, receiver_of(index), is_solid(index)))
+        .map(|(index, object)| {
+            object_of(scene, object, receiver_of(index), is_solid(index), channels)
+        })
         .collect()
 }
 
@@ -25,8 +28,13 @@ fn object_of(
     object: &Object,
     receiver: Option<(u32, bool)>,
     is_solid: bool,
+    channels: DVec3,
 ) -> gpu_types::Object {
     let [mut color, mut index, mut extinction] = [DVec3::ZERO; 3];
+    let mut shape = match receiver {
+        Some((_, true)) => MESH,
+        _ => 0,
+    };
     let kind = match scene.materials[object.material].kind {
         MaterialKind::Mirror { reflectance } => {
             color = reflectance;
@@ -40,14 +48,14 @@ fn object_of(
             CONDUCTOR
         }
         MaterialKind::Dielectric(medium) => {
-            let shape = match (medium.thin, is_solid) {
-                (true, _) => SHEET.into(),
-                (false, true) => SOLID.into(),
-                (false, false) => 0.0,
+            shape = match (medium.thin, is_solid) {
+                (true, _) => SHEET,
+                (false, true) => SOLID,
+                (false, false) => 0,
             };
             let [ior, change] = index_and_change(&medium);
-            color.x = change;
-            index = DVec3::new(ior, medium.priority.into(), shape);
+            color = ior + change * channels;
+            index = DVec3::new(ior, medium.priority.into(), change);
             extinction = medium.absorption;
             DIELECTRIC
         }
@@ -65,7 +73,7 @@ fn object_of(
             Some((index, _)) => index as i32,
             None => first_of_medium(scene, object).map_or(NO_RECEIVER, |first| first as i32),
         },
-        is_mesh: receiver.map_or(0, |(_, is_mesh)| u32::from(is_mesh)),
+        shape,
     }
 }
 

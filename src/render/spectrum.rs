@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Context, Staging};
 use crate::render::gpu_types::constants::SPECTRAL_STEPS;
 use crate::scene::{Dielectric, Dispersion, MaterialKind, Scene};
 use crate::spectrum::{MIDDLE, WAVELENGTHS, weight_below};
-use glam::Vec4;
+use glam::{DVec3, Vec4};
 use std::sync::Arc;
 
 /// The coordinate s is 0 at the longest wavelength and 1 at the shortest, in proportion to the index of refraction of the scene's
@@ -60,21 +60,34 @@ impl Coordinate {
         0.5 * (low + high)
     }
 
-    /// The colour of the light from 0 to s = i/[`SPECTRAL_STEPS`], linear sRGB. The fourth element of the first three is the mean of s
-    /// of a colour channel, beyond [`Self::middle`].
-    fn weights_below(self) -> Vec<Vec4> {
-        let below = |i: u32| {
+    /// The colour of the light from 0 to s = i/[`SPECTRAL_STEPS`], linear sRGB.
+    fn colours_below(self) -> impl Iterator<Item = DVec3> {
+        (0..=SPECTRAL_STEPS).map(move |i| {
             let coordinate = f64::from(i) / f64::from(SPECTRAL_STEPS);
-            let weight = weight_below(WAVELENGTHS[1]) - weight_below(self.wavelength(coordinate));
-            weight.as_vec3().extend(0.0)
-        };
-        let mut weights: Vec<Vec4> = (0..=SPECTRAL_STEPS).map(below).collect();
-        let steps = weights.windows(2).zip(0..);
-        let means: Vec4 = steps
-            .map(|(pair, i)| (pair[1] - pair[0]) * ((i as f32 + 0.5) / SPECTRAL_STEPS as f32))
+            weight_below(WAVELENGTHS[1]) - weight_below(self.wavelength(coordinate))
+        })
+    }
+
+    /// The mean of s of each colour channel, beyond [`Self::middle`].
+    pub fn channels(self) -> DVec3 {
+        let below: Vec<DVec3> = self.colours_below().collect();
+        let steps = below.windows(2).zip(0..);
+        let means: DVec3 = steps
+            .map(|(pair, i)| {
+                (pair[1] - pair[0]) * ((f64::from(i) + 0.5) / f64::from(SPECTRAL_STEPS))
+            })
             .sum();
+        means - self.middle()
+    }
+
+    /// [`Self::colours_below`]. The fourth element of the first three is that of [`Self::channels`].
+    fn weights_below(self) -> Vec<Vec4> {
+        let mut weights: Vec<Vec4> = (self.colours_below())
+            .map(|colour| colour.as_vec3().extend(0.0))
+            .collect();
+        let channels = self.channels();
         for channel in 0..3 {
-            weights[channel].w = means[channel] - self.middle() as f32;
+            weights[channel].w = channels[channel] as f32;
         }
         weights
     }

@@ -423,7 +423,7 @@ fn lens() {
 
 #[test]
 fn prism() {
-    chains_keep_the_energy("prism.toml", Solving::Maps(0.005), 0.025);
+    chains_keep_the_energy("prism.toml", Solving::Maps(0.005), 0.02);
 }
 
 #[test]
