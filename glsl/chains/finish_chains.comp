@@ -75,12 +75,12 @@ void main() {
         ChainHit hit = hit_of(path);
         Interaction at;
         // The end of a path counts, or else the first mesh receiver that it passes.
-        if (HAS_ATLAS && interfaces_of(path) > 1 && (landing_hit.footprints == 0 || ends_on_mesh(path, hit)) && reaches_mesh(path, hit)) {
+        if (HAS_ATLAS && is_of_chains(path) && (landing_hit.footprints == 0 || ends_on_mesh(path, hit)) && reaches_mesh(path, hit)) {
             landing = path;
             landing_hit = hit;
             landing_hit.footprints = ON_MESHES;
         }
-        bool lands = interfaces_of(path) > 1 && finish(path, hit, choice(index, interfaces_of(path)), footprint);
+        bool lands = is_of_chains(path) && finish(path, hit, choice(index, interfaces_of(path)), footprint);
         if (lands || interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) {
             if (COUNTS_FLUX) count_end(path, hit);
             break;

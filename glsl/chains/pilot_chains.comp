@@ -94,6 +94,7 @@ PilotRay follow(ChainPath path, uint seed, float finest, out PilotEnd end) {
         if (DISPERSES) path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
         else path = next_ray(path, hit, at, lobe, refracts);
     }
+    if (is_of_chains(path)) ray.interfaces |= IS_CHAIN;
     return ray;
 }
 
@@ -112,7 +113,7 @@ void main() {
     vec2 beside = (cell.y + index - lattice.first) % 2 == 0 ? vec2(finest, 0.0) : vec2(0.0, finest);
     PilotEnd ends[2];
     uint agree = 0;
-    for (int i = 0; i < (ray.interfaces > 1 && ray.flux != 0.0 ? 2 : 0); i++) {
+    for (int i = 0; i < (is_chain(ray) && ray.flux != 0.0 ? 2 : 0); i++) {
         PilotEnd other_end;
         PilotRay other = follow(ray_at(lattice, place + (i == 0 ? beside : -beside), uvec2(0)), index, finest, other_end);
         if (i == 0) ends[0] = other_end; else ends[1] = other_end;

@@ -91,8 +91,7 @@ void main() {
         } else if (COUNTS_FLUX) {
             count_end(path, hit);
         }
-        // Light of a single surface is that of the facets.
-        if (interfaces_of(path) > 1) {
+        if (is_of_chains(path)) {
             for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
                 Landing landing;
                 if (land(path, hit, planar_receiver_at(receiver), receiver, landing)) hit.footprints += parts_of(landing);

@@ -18,7 +18,15 @@ uint interfaces_of(ChainPath path) {
 }
 
 uint weak_lobes_of(ChainPath path) {
-    return path.counts >> 8 & 0xffu;
+    return path.counts >> 8 & 0x7fu;
+}
+
+// In `ChainPath.counts`: the first surface refracted and dispersed the light.
+const uint IS_DISPERSED = 1u << 15;
+
+// Whether the light of a path is that of chains where it lands. Light of a single surface is that of facets, unless it is dispersed.
+bool is_of_chains(ChainPath path) {
+    return interfaces_of(path) > 1 || (path.counts & IS_DISPERSED) != 0;
 }
 
 uint lattice_level_of(ChainPath path) {
@@ -194,6 +202,7 @@ ChainPath next_ray(ChainPath path, ChainHit hit, Interaction at, Lobe lobe, bool
     if (is_first(path)) next.first_flux *= largest(at.flux) / largest(path.flux);
     next.flux = lobe.flux;
     next.counts = path.counts + 1;
+    if (DISPERSES && refracts && is_first(path) && is_dispersing(at.object, light_at(light_of(path)))) next.counts |= IS_DISPERSED;
     next.media = refracts ? at.behind : at.before;
     next.start_or_spectrum = uvec2(0);
     return next;

@@ -27,10 +27,12 @@ const uint DIFFUSE = 0;
 const uint MIRROR = 1;
 const uint CONDUCTOR = 2;
 const uint DIELECTRIC = 3;
-// `Object.shape` of a mesh receiver, of a dielectric that is a sheet, and of one that is a closed body without a receiver in it.
+// `Object.shape` of a mesh receiver, and of dielectrics: of a sheet, of a closed body without a receiver in it, and of a surface whose
+// refracted light chains disperse.
 const uint MESH = 1;
 const uint SHEET = 2;
 const uint SOLID = 3;
+const uint DISPERSING = 4;
 // Steps of the table of the colours of wavelengths.
 const uint SPECTRAL_STEPS = 64;
 // Maximum number of bands of the spectrum that rays of chains carry one each.

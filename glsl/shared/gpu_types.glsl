@@ -48,7 +48,7 @@ struct Object {
     vec3 index;      // of refraction; dielectric: index behind the front face, priority, change of the index over the spectrum
     int receiver;    // index among the receivers of its kind, or NO_RECEIVER; dielectric: the first object with the same medium
     vec3 extinction; // conductor: extinction coefficient; dielectric: absorption, 1/m
-    uint shape;      // MESH: `receiver` is the index of a MeshReceiver; SHEET, SOLID or 0
+    uint shape;      // MESH: `receiver` is the index of a MeshReceiver; SHEET, SOLID, DISPERSING or 0
 };
 
 // A sun, a lamp or a cell of the environment. light.glsl evaluates suns and lamps at a point.
@@ -355,11 +355,11 @@ struct ChainLattice {
 struct PilotRay {
     float flux;      // W; 0: nowhere
     uint receiver;
-    uint interfaces; // surfaces that it met, and how far its neighbours disagree: see pack_pilot()
+    uint interfaces; // surfaces that it met, whether it is a chain, and how far its neighbours disagree: see pack_pilot()
     float dispersed; // extent of the spectrum where it lands, in standard deviations of the footprint
 };
 
-// What the pilot rays of a lattice say together. "Chains" have met two surfaces or more.
+// What the pilot rays of a lattice say together. "Chains" have met two surfaces or more, or one that disperses their light.
 struct LatticePilot {
     uint chains;        // number of cells by what is in them or the cells around them: some chain
     uint near_landings; // a chain that lands
@@ -385,7 +385,7 @@ struct ChainPath {
     vec3 direction;  // unit
     float first_flux; // largest channel of the cell's flux, W
     vec3 flux;       // W
-    uint counts;     // interfaces | weak lobes << 8 | level of the lattice << 16 | band << 24 | number of bands << 28
+    uint counts;     // interfaces | weak lobes << 8 | IS_DISPERSED | level of the lattice << 16 | band << 24 | number of bands << 28
     vec4 cell_place;
     vec4 cell_direction;
     vec4 light_place;

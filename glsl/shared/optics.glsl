@@ -45,6 +45,11 @@ bool is_solid(Object object) {
     return object.shape == SOLID;
 }
 
+// Whether chains draw the light of a sun or lamp that the object refracts, since it is dispersed.
+bool is_dispersing(Object object, Light light) {
+    return DISPERSES && object.shape == DISPERSING && light.half_azimuth == 0.0;
+}
+
 // Reflectance of a sheet in a medium of the index `around`: light goes to and fro between its interfaces.
 float sheet_reflectance(Object object, float cosine, float around) {
     float once = fresnel_dielectric(cosine, around / object.index.x);

@@ -50,13 +50,12 @@ uint bands_of_cell(uint word) {
     return word >> 8;
 }
 
-// The number of surfaces that a pilot ray met, and how far its neighbours disagree about where it lands, from 0 to 1.
+// In `PilotRay.interfaces`: the ray is one of chains.
+const uint IS_CHAIN = 1u << 15;
+
+// The number of surfaces that a pilot ray met, with IS_CHAIN, and how far its neighbours disagree about where it lands, from 0 to 1.
 uint pack_pilot(uint interfaces, float incoherent) {
     return interfaces | uint(clamp(incoherent, 0.0, 1.0) * 65535.0) << 16;
-}
-
-uint interfaces_of_pilot(PilotRay ray) {
-    return ray.interfaces & 0xffffu;
 }
 
 float incoherence_of_pilot(PilotRay ray) {
@@ -64,5 +63,5 @@ float incoherence_of_pilot(PilotRay ray) {
 }
 
 bool is_chain(PilotRay ray) {
-    return interfaces_of_pilot(ray) > 1;
+    return (ray.interfaces & IS_CHAIN) != 0;
 }

@@ -73,7 +73,7 @@ void main() {
     CellRays reflected = rays_of(surface, cell, light, 0.0);
     CellRays refracted;
     if (ONLY_MIRRORS) refracted = reflected; else refracted = rays_of(surface, cell, light, surface.eta);
-    bool refracts = ONLY_MIRRORS ? false : surface.eta != 0.0 && push.lobes > 1 && !is_solid(surface.object);
+    bool refracts = ONLY_MIRRORS ? false : surface.eta != 0.0 && push.lobes > 1 && !is_solid(surface.object) && !is_dispersing(surface.object, light);
     for (uint index = 0; index < push.receiver_count; index++) {
         PlanarReceiver receiver = planar_receiver_at(index);
         FacetImage sum = FacetImage(0.0, 0, 0, 0);

@@ -77,7 +77,7 @@ void main() {
         vec3 flux[2];
         if (flux_of(patch_, light, disc, eta, flux)) {
             for (uint lobe = 0; lobe < push.lobes; lobe++) {
-                if (flux[lobe] == vec3(0.0)) continue;
+                if (flux[lobe] == vec3(0.0) || lobe == 1 && is_dispersing(object_at(patch_.object), light)) continue;
                 LightBeam beam;
                 if (!beam_of(patch_, light, disc, lobe == 0 ? 0.0 : eta, beam)) continue;
                 count += project_beam(beam, flux[lobe], patch_.triangle, first_slot + count);

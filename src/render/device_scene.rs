@@ -11,8 +11,8 @@ use crate::render::chains::lattice::DeviceLattices;
 use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::constants::{
-    ID_AREA_BY_PRODUCT, ID_BEAMS, ID_DISPERSES, ID_HAS_ATLAS, ID_HAS_ENVIRONMENT, ID_HAS_LAMPS,
-    ID_HAS_POINTS, ID_HAS_TEXTURES, ID_ONLY_MIRRORS,
+    DISPERSING, ID_AREA_BY_PRODUCT, ID_BEAMS, ID_DISPERSES, ID_HAS_ATLAS, ID_HAS_ENVIRONMENT,
+    ID_HAS_LAMPS, ID_HAS_POINTS, ID_HAS_TEXTURES, ID_ONLY_MIRRORS, SOLID,
 };
 use crate::render::gpu_types::{Object as DeviceObject, Profile};
 use crate::render::lights::{DeviceLights, EnvironmentLight, LightGroup, Source, pack};
@@ -145,11 +145,15 @@ impl DeviceScene {
             is_stale || is_rebuilt,
         )?;
         self.bodies.update(scene, &moved);
-        let bodies = &self.bodies;
+        let (bodies, lattices) = (&self.bodies, &self.lattices);
         let objects = objects(
             scene,
             |object| receivers.of_object(object),
-            |object| bodies.is_solid(scene, object),
+            |object| match bodies.is_solid(scene, object) {
+                true => SOLID,
+                false if lattices.disperses_at(scene, object) => DISPERSING,
+                false => 0,
+            },
         );
         if is_stale || is_rebuilt {
             self.textures.update(staging, scene, store)?;

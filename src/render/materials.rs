@@ -2,23 +2,23 @@
 
 use crate::render::gpu_types;
 use crate::render::gpu_types::constants::{
-    CONDUCTOR, DIELECTRIC, DIFFUSE, MESH, MIRROR, NO_RECEIVER, SHEET, SOLID,
+    CONDUCTOR, DIELECTRIC, DIFFUSE, MESH, MIRROR, NO_RECEIVER, SHEET,
 };
 use crate::render::spectrum::{Coordinate, index_and_change};
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 
 /// One per object. `receiver_of` gives an object's index among the receivers of its kind, and whether the receiver is a
-/// mesh; `is_solid` whether it is a body without a receiver in it.
+/// mesh; `shape_of` the shape of a dielectric that is no sheet.
 pub fn objects(
     scene: &Scene,
     receiver_of: impl Fn(usize) -> Option<(u32, bool)>,
-    is_solid: impl Fn(usize) -> bool,
+    shape_of: impl Fn(usize) -> u32,
 ) -> Vec<gpu_types::Object> {
     let channels = Coordinate::of(scene).map_or(DVec3::ZERO, Coordinate::channels);
     (scene.objects.iter().enumerate())
         .map(|(index, object)| {
-            object_of(scene, object, receiver_of(index), is_solid(index), channels)
+            object_of(scene, object, receiver_of(index), shape_of(index), channels)
         })
         .collect()
 }
@@ -27,7 +27,7 @@ fn object_of(
     scene: &Scene,
     object: &Object,
     receiver: Option<(u32, bool)>,
-    is_solid: bool,
+    dielectric_shape: u32,
     channels: DVec3,
 ) -> gpu_types::Object {
     let [mut color, mut index, mut extinction] = [DVec3::ZERO; 3];
@@ -48,11 +48,7 @@ fn object_of(
             CONDUCTOR
         }
         MaterialKind::Dielectric(medium) => {
-            shape = match (medium.thin, is_solid) {
-                (true, _) => SHEET,
-                (false, true) => SOLID,
-                (false, false) => 0,
-            };
+            shape = if medium.thin { SHEET } else { dielectric_shape };
             let [ior, change] = index_and_change(&medium);
             color = ior + change * channels;
             index = DVec3::new(ior, medium.priority.into(), change);

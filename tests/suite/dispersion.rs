@@ -3,7 +3,7 @@
 use crate::common::glass::{self, block};
 use crate::common::{
     Device, assert_error_beyond_noise, footprint, image, l1, l1_noise, load_with_chains, method,
-    object_mut, only_receiver, options, solve,
+    object_mut, only_receiver, options, solve, texels, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -134,6 +134,76 @@ fn a_face_reflects_each_channel_by_fresnels_equations() {
         let map = device.caustic(&scene, "floor", &method(method_, 65_536));
         let sum = map.pixels.iter().map(|rgb| DVec3::from(rgb.map(f64::from)));
         assert_colour(sum.sum(), expected, 0.002);
+    }
+}
+
+/// A flat surface of glass over a floor that is in the glass, in light at 60°: every colour is where Snell's law says, and as
+/// bright as Fresnel's equations say, on a rect and on a mesh.
+#[test]
+fn a_single_surface_disperses_light() {
+    const DEPTH: f64 = 2.0;
+    let incidence = FRAC_PI_3;
+    let dispersion = Dispersion::Sellmeier(GLASSES[1].1);
+    let flint = MaterialKind::Dielectric(Dielectric {
+        dispersion: Some(dispersion),
+        ..Dielectric::new(dispersion.index(spectrum::MIDDLE))
+    });
+    let surface = Geometry::Rect(Rect {
+        origin: DVec3::new(-0.1, 0.0, 0.1),
+        edge_u: 0.2 * DVec3::X,
+        edge_v: 0.2 * DVec3::NEG_Z,
+    });
+    let floor = Rect {
+        origin: DVec3::new(-1.5, -DEPTH, 0.3),
+        edge_u: DVec3::X,
+        edge_v: 0.6 * DVec3::NEG_Z,
+    };
+    let toward = DVec3::new(incidence.sin(), incidence.cos(), 0.0);
+    let scene = Scene {
+        max_interfaces: 1,
+        ..glass::scene(toward, floor.clone(), vec![(flint, surface)])
+    };
+    let scene = with_texels(scene, "floor", TEXELS);
+    let index = |wavelength| dispersion.index(wavelength);
+    let passes = |wavelength| 1.0 - fresnel_dielectric(incidence.cos(), 1.0 / index(wavelength));
+    let place = |wavelength: f64| -DEPTH * (incidence.sin() / index(wavelength)).asin().tan();
+    let passing = mean_of_colours(passes);
+    let expected = mean_of_colours(|wavelength| passes(wavelength) * place(wavelength)) / passing;
+    let exact = 0.04 * incidence.cos() * passing;
+    let device = Device::open();
+    let mut on_mesh = with_texels(scene.clone(), "floor", [256, 256]);
+    let mesh = scene.objects[0].geometry.mesh().into_owned();
+    on_mesh.objects[0].geometry = Geometry::Mesh(mesh.into());
+    // Area and x of every texel.
+    let texel_area = floor.area() / f64::from(TEXELS[0] * TEXELS[1]);
+    let of_rect: Vec<_> = (0..TEXELS[0] * TEXELS[1])
+        .map(|texel| {
+            let column = f64::from(texel % TEXELS[0]) + 0.5;
+            (texel_area, floor.origin.x + column / f64::from(TEXELS[0]))
+        })
+        .collect();
+    let of_mesh = (texels(&on_mesh, "floor").1.iter())
+        .map(|texel| (texel.area, texel.position.x))
+        .collect();
+    for (scene, texels, methods) in [
+        (scene, of_rect, vec![Method::Footprint, Method::Points]),
+        (on_mesh, of_mesh, vec![Method::Footprint]),
+    ] {
+        for method_ in methods {
+            let map = device.caustic(&scene, "floor", &method(method_, 65_536));
+            let [mut at, mut flux] = [DVec3::ZERO; 2];
+            for ((area, x), value) in texels.iter().zip(&map.pixels) {
+                let value = *area * DVec3::from(value.map(f64::from));
+                at += value * *x;
+                flux += value;
+            }
+            println!(
+                "{method_:?}: {} for {expected}, {flux} W for {exact}",
+                at / flux
+            );
+            assert!((at / flux - expected).abs().max_element() < 2e-4);
+            assert!((flux / exact - 1.0).abs().max_element() < 0.005);
+        }
     }
 }
 

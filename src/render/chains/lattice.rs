@@ -54,7 +54,7 @@ pub struct DeviceLattices {
     pub ray_capacity: u32,
     /// Upper bound of the flux of all rays in any channel, W.
     pub flux: f64,
-    /// Whether light may meet several surfaces.
+    /// Whether there may be light of chains.
     pub may_chain: bool,
     /// Whether lattices follow it.
     pub is_needed: bool,
@@ -102,6 +102,11 @@ impl DeviceLattices {
             may_chain,
             is_needed,
         })
+    }
+
+    /// Whether chains draw the light that an object refracts even where it then lands, since it disperses it.
+    pub fn disperses_at(&self, scene: &Scene, object: usize) -> bool {
+        self.is_needed && disperses(scene, &scene.objects[object])
     }
 
     /// Chooses and stages the lattices. `lights` are the scene's suns and lamps; `is_another`: the environment has another map than
@@ -191,6 +196,15 @@ impl DeviceLattices {
     }
 }
 
+/// Whether an object refracts and disperses light, and chains may start there.
+fn disperses(scene: &Scene, object: &Object) -> bool {
+    let medium = match scene.materials[object.material].kind {
+        MaterialKind::Dielectric(medium) => medium,
+        _ => return false,
+    };
+    object.blocks_light && !medium.thin && medium.dispersion.is_some()
+}
+
 /// Number of rays of each of `count` lattices before refinement, about.
 fn pilot_rays(count: u32) -> f64 {
     (PILOT_RAYS / f64::from(count.max(1))).max(MIN_PILOT_RAYS)
@@ -210,9 +224,12 @@ fn starts_chains(scene: &Scene, object: &Object) -> bool {
     object.blocks_light && scene.materials[object.material].kind.is_specular()
 }
 
-/// Whether light that left a specular surface may meet another one. It cannot if there is but one object, which is flat,
-/// a convex mirror, or waves, whose slopes are small.
+/// Whether there may be light of chains: that of several surfaces, and that which a surface disperses. Light that left a specular
+/// surface cannot meet another one if there is but one object, which is flat, a convex mirror, or waves, whose slopes are small.
 fn may_chain(scene: &Scene) -> bool {
+    if (scene.objects.iter()).any(|object| disperses(scene, object)) {
+        return true;
+    }
     let mut casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
     let (Some(only), false) = (casters.next(), scene.max_interfaces < 2) else {
         return false;
