@@ -1,9 +1,10 @@
 //! The scenes of the sweeps through glass: one body, one receiver, a white sun of 1 W/m².
 
 use super::scenes::{horizontal, scene, sun};
-use crate::scene::{Dielectric, Geometry, MaterialKind, Mesh, Scene};
+use crate::scene::{Dielectric, Dispersion, GLASSES, Geometry, MaterialKind, Mesh, Scene};
+use crate::spectrum::MIDDLE;
 use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Radius of the ball, m.
 const RADIUS: f64 = 0.5;
@@ -82,6 +83,65 @@ pub fn tube(wall: f64) -> Scene {
         })
         .collect();
     on_floor(Mesh::revolved(&parts, SEGMENTS), IOR)
+}
+
+/// A prism of three equal sides over the floor, under a sun at 15°, which light meets at so many degrees to the normal of a face.
+fn prism_at(incidence: f64, medium: Dielectric) -> Scene {
+    const SIDE: f64 = 0.3;
+    const HALF: f64 = 0.3;
+    const HEIGHT: f64 = 0.35;
+    const ELEVATION: f64 = 15.0;
+    // The normal of the first face lies so far below the sun, and that of the second one is 120° from it.
+    let normal = (180.0 - ELEVATION - incidence).to_radians();
+    let mut mesh = Mesh::default();
+    let mut face = |corners: &[DVec3], normal: DVec3| {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(corners);
+        mesh.normals.extend(vec![normal; corners.len()]);
+        for i in 1..corners.len() as u32 - 1 {
+            mesh.triangles.push([first, first + i, first + i + 1]);
+        }
+    };
+    let middle = DVec2::new(-0.3, HEIGHT);
+    let corner = |number: u32| {
+        let angle = normal + PI / 3.0 + f64::from(number) * TAU / 3.0;
+        middle + SIDE / 3f64.sqrt() * DVec2::from_angle(angle)
+    };
+    let corners = [0, 1, 2].map(corner);
+    face(&corners.map(|at| at.extend(HALF)), DVec3::Z);
+    let [a, b, c] = corners.map(|at| at.extend(-HALF));
+    face(&[a, c, b], DVec3::NEG_Z);
+    for i in 0..3 {
+        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+        let out = (0.5 * (a + b) - middle).normalize();
+        let at = [(a, HALF), (a, -HALF), (b, -HALF), (b, HALF)];
+        face(&at.map(|(at, z)| at.extend(z)), out.extend(0.0));
+    }
+    let mut scene = on_floor(mesh, medium.ior);
+    scene.materials[0].kind = MaterialKind::Dielectric(medium);
+    let elevation = ELEVATION.to_radians();
+    let toward = DVec3::new(-elevation.cos(), elevation.sin(), 0.0);
+    scene.lights = vec![sun(toward, 1.0, SUN)];
+    scene
+}
+
+/// A prism that light meets at so many degrees to the normal of a face. Below 27.92° all of it is reflected at the next one.
+pub fn prism(incidence: f64) -> Scene {
+    prism_at(incidence, Dielectric::new(IOR))
+}
+
+/// A prism that disperses light so much more than SF10 does, with the same index at 550 nm.
+pub fn dispersing_prism(factor: f64) -> Scene {
+    let glass = Dispersion::Sellmeier(GLASSES[1].1);
+    let index =
+        |wavelength| glass.index(MIDDLE) + factor * (glass.index(wavelength) - glass.index(MIDDLE));
+    prism_at(
+        55.0,
+        Dielectric {
+            dispersion: Some(Dispersion::through([0.65, MIDDLE, 0.45].map(index))),
+            ..Dielectric::new(glass.index(MIDDLE))
+        },
+    )
 }
 
 /// Whether the scene has a body of glass, whose light only some methods have.

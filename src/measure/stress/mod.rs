@@ -8,7 +8,7 @@
 //! | L1 | Σ\|E − E*\| / ΣE* |
 //! | energy ratio | ΣE / ΣE* |
 //! | overshoot | max (E − E*) / max E* over all texels |
-//! | bad texels | those with a value that is NaN, infinite or negative |
+//! | bad texels | those with a value that is NaN, infinite, or negative where the truth never is |
 //! | flicker | mean \|ΔE − ΔE*\| / mean E*, Δ the change from one frame to the next; of sequences |
 //! | drift | L1 against the method's own map of the same scene elsewhere; where nothing should change |
 //!
@@ -247,6 +247,12 @@ pub fn measure(
     truths: &[RgbImage],
     base: Option<&RgbImage>,
 ) -> Result<Point> {
+    // Pure spectral colours lie outside of sRGB.
+    let values = truths.iter().flat_map(|truth| truth.pixels.as_flattened());
+    let least = match values.copied().any(|value| value < 0.0) {
+        true => f32::NEG_INFINITY,
+        false => 0.0,
+    };
     let mut point = Point {
         value: 0.0,
         samples: 0,
@@ -254,7 +260,7 @@ pub fn measure(
         l1: None,
         energy_ratio: None,
         overshoot: None,
-        bad_texels: frames.iter().map(bad_texels).sum(),
+        bad_texels: frames.iter().map(|map| bad_texels(map, least)).sum(),
         flicker: None,
         drift: None,
     };
@@ -278,8 +284,8 @@ pub fn measure(
     Ok(point)
 }
 
-fn bad_texels(map: &RgbImage) -> usize {
-    let bad = |rgb: &&[f32; 3]| !rgb.iter().all(|v| v.is_finite() && *v >= 0.0);
+fn bad_texels(map: &RgbImage, least: f32) -> usize {
+    let bad = |rgb: &&[f32; 3]| !rgb.iter().all(|v| v.is_finite() && *v >= least);
     map.pixels.iter().filter(bad).count()
 }
 
@@ -400,9 +406,12 @@ mod tests {
             assert_eq!((point.bad_texels, point.l1), (2, None));
         }
         let negative = map(&[1.0, -1e-30, 1.0, 1.0], 2);
-        let point = measure(vec![negative], &[truth], None).unwrap();
+        let point = measure(vec![negative.clone()], &[truth], None).unwrap();
         assert_eq!(point.bad_texels, 1);
         assert!(point.l1.is_some());
+        // Of a spectrum.
+        let point = measure(vec![negative.clone()], &[negative], None).unwrap();
+        assert_eq!(point.bad_texels, 0);
     }
 
     #[test]

@@ -310,6 +310,25 @@ pub fn sweeps() -> Vec<Sweep> {
             axis: "thickness of the wall / outer radius",
             values: vec![0.5, 0.2, 0.1, 0.03, 0.01, 3e-3, 1e-3],
             scene: |wall, _| glass::tube(wall),
+            ..usual.clone()
+        },
+        Sweep {
+            name: "glass-total-reflection",
+            title: "Near total reflection",
+            setup: "A prism with three equal sides of 0.3 m and an index of 1.5, sun from 15°. Light of the middle of the sun that meets \
+                    the first face at less than 27.92° is reflected totally at the second one.",
+            axis: "angle of incidence on the first face, °",
+            values: vec![45.0, 35.0, 30.0, 29.0, 28.2, 28.0, 27.92, 27.8, 27.5, 25.0],
+            scene: |incidence, _| glass::prism(incidence),
+            ..usual.clone()
+        },
+        Sweep {
+            name: "glass-dispersion",
+            title: "Glass that disperses more and more",
+            setup: "The same prism of an index of 1.736 at 550 nm, at 55°.",
+            axis: "dispersion over that of SF10",
+            values: vec![1e-3, 0.01, 0.03, 0.1, 0.3, 1.0],
+            scene: |factor, _| glass::dispersing_prism(factor),
             ..usual
         },
     ]
