@@ -145,6 +145,7 @@ impl DeviceScene {
             is_stale || is_rebuilt,
         )?;
         self.bodies.update(scene, &moved);
+        self.spectrum.update(staging, scene)?;
         let (bodies, lattices) = (&self.bodies, &self.lattices);
         let objects = objects(
             scene,
@@ -154,12 +155,12 @@ impl DeviceScene {
                 false if lattices.disperses_at(scene, object) => DISPERSING,
                 false => 0,
             },
+            self.spectrum.channels,
         );
         if is_stale || is_rebuilt {
             self.textures.update(staging, scene, store)?;
         }
         staging.write(&self.objects, 0, &objects)?;
-        self.spectrum.update(staging, scene)?;
 
         let mut lights = pack(scene, store.origin);
         let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);

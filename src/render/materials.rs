@@ -4,18 +4,19 @@ use crate::render::gpu_types;
 use crate::render::gpu_types::constants::{
     CONDUCTOR, DIELECTRIC, DIFFUSE, MESH, MIRROR, NO_RECEIVER, SHEET,
 };
-use crate::render::spectrum::{Coordinate, index_and_change};
+use crate::render::spectrum::index_and_change;
 use crate::scene::{MaterialKind, Object, Scene};
 use glam::DVec3;
 
 /// One per object. `receiver_of` gives an object's index among the receivers of its kind, and whether the receiver is a
-/// mesh; `shape_of` the shape of a dielectric that is no sheet.
+/// mesh; `shape_of` the shape of a dielectric that is no sheet. `channels`: of the scene's
+/// [`DeviceSpectrum`](crate::render::spectrum::DeviceSpectrum).
 pub fn objects(
     scene: &Scene,
     receiver_of: impl Fn(usize) -> Option<(u32, bool)>,
     shape_of: impl Fn(usize) -> u32,
+    channels: DVec3,
 ) -> Vec<gpu_types::Object> {
-    let channels = Coordinate::of(scene).map_or(DVec3::ZERO, Coordinate::channels);
     (scene.objects.iter().enumerate())
         .map(|(index, object)| {
             object_of(scene, object, receiver_of(index), shape_of(index), channels)

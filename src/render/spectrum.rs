@@ -105,6 +105,8 @@ pub struct DeviceSpectrum {
     pub weights_below: Buffer,
     /// The coordinate for which `weights_below` holds.
     pub coordinate: Option<Coordinate>,
+    /// [`Coordinate::channels`]; 0 where nothing disperses light.
+    pub channels: DVec3,
     is_stale: bool,
 }
 
@@ -116,6 +118,7 @@ impl DeviceSpectrum {
         Ok(Self {
             weights_below: Buffer::new(context, "colours of wavelengths", bytes)?,
             coordinate: Coordinate::of(scene),
+            channels: DVec3::ZERO,
             is_stale: true,
         })
     }
@@ -126,6 +129,7 @@ impl DeviceSpectrum {
         let coordinate = Coordinate::of(scene);
         let changed = self.is_stale || coordinate != self.coordinate;
         if let Some(coordinate) = coordinate.filter(|_| changed) {
+            self.channels = coordinate.channels();
             staging.write(&self.weights_below, 0, &coordinate.weights_below())?;
         }
         self.coordinate = coordinate;
