@@ -161,7 +161,7 @@ fn a_single_surface_disperses_light() {
     let toward = DVec3::new(incidence.sin(), incidence.cos(), 0.0);
     let scene = Scene {
         max_interfaces: 1,
-        ..glass::scene(toward, floor.clone(), vec![(flint, surface)])
+        ..glass::scene(toward, floor, vec![(flint, surface)])
     };
     let scene = with_texels(scene, "floor", TEXELS);
     let index = |wavelength| dispersion.index(wavelength);
