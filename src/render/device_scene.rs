@@ -26,7 +26,7 @@ use crate::render::settings::{Area, Method, Settings};
 use crate::render::spectrum::DeviceSpectrum;
 use crate::render::splat::kernel_profiles::profiles;
 use crate::render::textures::{DeviceTextures, map_of};
-use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
+use crate::scene::{Geometry, LightKind, Object, Scene};
 use std::mem::discriminant;
 use std::sync::Arc;
 
@@ -446,10 +446,8 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
     for (object, other) in a.objects.iter().zip(&b.objects) {
         let kind =
             |scene: &Scene, object: &Object| discriminant(&scene.materials[object.material].kind);
-        let disperses = |scene: &Scene, object: &Object| match scene.materials[object.material].kind
-        {
-            MaterialKind::Dielectric(medium) => medium.dispersion.is_some(),
-            _ => false,
+        let disperses = |scene: &Scene, object: &Object| {
+            (scene.materials[object.material].kind.dispersion()).is_some()
         };
         let what = if kind(a, object) != kind(b, other) {
             "the kind of material"

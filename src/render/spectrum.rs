@@ -4,7 +4,7 @@
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::gpu_types::constants::SPECTRAL_STEPS;
-use crate::scene::{Dielectric, Dispersion, MaterialKind, Scene};
+use crate::scene::{Dielectric, Dispersion, Scene};
 use crate::spectrum::{MIDDLE, WAVELENGTHS, weight_below};
 use glam::{DVec3, Vec4};
 use std::sync::Arc;
@@ -19,10 +19,7 @@ pub struct Coordinate {
 impl Coordinate {
     /// `None` where nothing disperses light.
     pub fn of(scene: &Scene) -> Option<Self> {
-        let curve = (scene.materials.iter()).find_map(|material| match material.kind {
-            MaterialKind::Dielectric(medium) => medium.dispersion,
-            _ => None,
-        })?;
+        let curve = (scene.materials.iter()).find_map(|material| material.kind.dispersion())?;
         const STEPS: u32 = 100;
         let [shortest, longest] = WAVELENGTHS;
         let at = |i: u32| shortest + (longest - shortest) * f64::from(i) / f64::from(STEPS);

@@ -50,6 +50,14 @@ impl MaterialKind {
     pub fn is_specular(&self) -> bool {
         !matches!(self, Self::Diffuse { .. })
     }
+
+    /// How its index of refraction depends on the wavelength, where it disperses light. A sheet does not.
+    pub fn dispersion(&self) -> Option<Dispersion> {
+        match self {
+            Self::Dielectric(medium) if !medium.thin => medium.dispersion,
+            _ => None,
+        }
+    }
 }
 
 /// The medium behind the front face of a surface. Before it is what surrounds it: another dielectric, or air.

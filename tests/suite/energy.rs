@@ -8,7 +8,7 @@ use glam::DVec3;
 use nephroid::image_file::RgbImage;
 use nephroid::reference::Options;
 use nephroid::render::{Method, Renderer, Settings};
-use nephroid::scene::{Atlas, EnvironmentMap, Geometry, LightKind, Material, MaterialKind, Scene};
+use nephroid::scene::{Atlas, EnvironmentMap, Geometry, LightKind, Material, Scene};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::sync::Arc;
@@ -149,7 +149,7 @@ fn fluxes_up_to(scene: &Scene, bound: f64, faint: f64, max_samples: u64) -> Vec<
 
 /// Colours of a spectrum are outside of the triangle of sRGB: some of their channels are below zero.
 fn has_spectra(scene: &Scene) -> bool {
-    let disperses = |material: &Material| matches!(&material.kind, MaterialKind::Dielectric(dielectric) if dielectric.dispersion.is_some());
+    let disperses = |material: &Material| material.kind.dispersion().is_some();
     scene.materials.iter().any(disperses)
 }
 

@@ -25,10 +25,10 @@ fn straight(from: DVec2, to: DVec2, rows: u32) -> Vec<[DVec2; 2]> {
 }
 
 /// A body over the floor, in light from 45°.
-fn on_floor(mesh: Mesh, ior: f64) -> Scene {
+fn on_floor(mesh: Mesh, medium: Dielectric) -> Scene {
     let light = sun(DVec3::new(-1.0, 1.0, 0.15), 1.0, SUN);
     let mut scene = scene(mesh, vec![light], horizontal(FLOOR, 0.0));
-    scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(ior));
+    scene.materials[0].kind = MaterialKind::Dielectric(medium);
     for object in &mut scene.objects {
         object.blocks_light = true;
     }
@@ -45,7 +45,10 @@ fn ball_at(gap: f64, ior: f64) -> Scene {
         let out = DVec2::new(if row % ROWS == 0 { 0.0 } else { sine }, cosine);
         [RADIUS * out + height * DVec2::Y, out]
     });
-    on_floor(Mesh::revolved(&[profile.collect()], SEGMENTS), ior)
+    on_floor(
+        Mesh::revolved(&[profile.collect()], SEGMENTS),
+        Dielectric::new(ior),
+    )
 }
 
 /// A ball of glass that comes down to the floor.
@@ -82,7 +85,7 @@ pub fn tube(wall: f64) -> Scene {
             )
         })
         .collect();
-    on_floor(Mesh::revolved(&parts, SEGMENTS), IOR)
+    on_floor(Mesh::revolved(&parts, SEGMENTS), Dielectric::new(IOR))
 }
 
 /// A prism of three equal sides over the floor, under a sun at 15°, which light meets at so many degrees to the normal of a face.
@@ -117,8 +120,7 @@ fn prism_at(incidence: f64, medium: Dielectric) -> Scene {
         let at = [(a, HALF), (a, -HALF), (b, -HALF), (b, HALF)];
         face(&at.map(|(at, z)| at.extend(z)), out.extend(0.0));
     }
-    let mut scene = on_floor(mesh, medium.ior);
-    scene.materials[0].kind = MaterialKind::Dielectric(medium);
+    let mut scene = on_floor(mesh, medium);
     let elevation = ELEVATION.to_radians();
     let toward = DVec3::new(-elevation.cos(), elevation.sin(), 0.0);
     scene.lights = vec![sun(toward, 1.0, SUN)];

@@ -325,7 +325,7 @@ pub fn sweeps() -> Vec<Sweep> {
         Sweep {
             name: "glass-dispersion",
             title: "Glass that disperses more and more",
-            setup: "The same prism of an index of 1.736 at 550 nm, at 55°.",
+            setup: "The same prism with the index 1.736 at 550 nm; light meets its first face at 55° to the normal.",
             axis: "dispersion over that of SF10",
             values: vec![1e-3, 0.01, 0.03, 0.1, 0.3, 1.0],
             scene: |factor, _| glass::dispersing_prism(factor),

@@ -198,11 +198,7 @@ impl DeviceLattices {
 
 /// Whether an object refracts and disperses light, and chains may start there.
 fn disperses(scene: &Scene, object: &Object) -> bool {
-    let medium = match scene.materials[object.material].kind {
-        MaterialKind::Dielectric(medium) => medium,
-        _ => return false,
-    };
-    object.blocks_light && !medium.thin && medium.dispersion.is_some()
+    object.blocks_light && (scene.materials[object.material].kind.dispersion()).is_some()
 }
 
 /// Number of rays of each of `count` lattices before refinement, about.
