@@ -64,6 +64,7 @@ pub use flux::{FluxReference, flux_balance};
 pub use rounds::{Options, Progress};
 pub(crate) use sequence::split_mix;
 pub use view::{MAX_VIEW_SIDE, View, view};
+pub use visibility::Triangle;
 
 /// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
 /// kept before is not taken for them.

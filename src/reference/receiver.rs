@@ -131,7 +131,7 @@ impl MeshReceiver {
     }
 
     fn hits(&self, origin: DVec3, direction: DVec3, mut meets: impl FnMut(ReceiverHit)) {
-        for (triangle, distance, weights) in self.triangles.all_along(origin, direction) {
+        let on_front = |triangle: u32, distance, weights| {
             let normal = self.mesh.vector_area(triangle as usize);
             let faces = normal.dot(direction) < 0.0;
             if let Some(texel) = self.atlas.texel_at(triangle, weights).filter(|_| faces) {
@@ -143,7 +143,8 @@ impl MeshReceiver {
                     weights,
                 });
             }
-        }
+        };
+        self.triangles.all_along(origin, direction, on_front);
     }
 
     fn point(&self, texel: usize, s: f64, t: f64) -> Option<ReceiverPoint> {

@@ -3,10 +3,8 @@
 use super::orbit::axes;
 use glam::{DVec2, DVec3};
 use nephroid::glam;
+use nephroid::reference::Triangle;
 use nephroid::scene::{Camera, LightKind, MaterialKind, Scene};
-use parry3d_f64::math::Vector;
-use parry3d_f64::query::Ray;
-use parry3d_f64::query::details::local_ray_intersection_with_triangle;
 
 /// The picture's plane: places in it are in shares of its width and height, from the upper left corner.
 #[derive(Clone, Copy)]
@@ -73,8 +71,6 @@ impl Projection {
 
 /// The nearest object on a ray whose visible face the ray meets, and the distance in m.
 pub fn object_at(scene: &Scene, origin: DVec3, direction: DVec3) -> Option<(usize, f64)> {
-    let to_parry = |v: DVec3| Vector::new(v.x, v.y, v.z);
-    let ray = Ray::new(to_parry(origin), to_parry(direction));
     let mut nearest: Option<(usize, f64)> = None;
     for (index, object) in scene.objects.iter().enumerate() {
         let mesh = object.geometry.mesh();
@@ -88,12 +84,11 @@ pub fn object_at(scene: &Scene, origin: DVec3, direction: DVec3) -> Option<(usiz
             if !is_two_sided && (b - a).cross(c - a).dot(direction) >= 0.0 {
                 continue;
             }
-            let hit =
-                local_ray_intersection_with_triangle(to_parry(a), to_parry(b), to_parry(c), &ray);
-            if let Some((hit, _)) = hit
-                && nearest.is_none_or(|(_, distance)| hit.time_of_impact < distance)
+            if let Some((hit, _)) = Triangle::new([a, b, c]).crossing(origin, direction)
+                && hit >= 0.0
+                && nearest.is_none_or(|(_, distance)| hit < distance)
             {
-                nearest = Some((index, hit.time_of_impact));
+                nearest = Some((index, hit));
             }
         }
     }
