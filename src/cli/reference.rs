@@ -90,6 +90,9 @@ struct Summary {
     /// For a light map: flux in red, green and blue, W.
     #[serde(skip_serializing_if = "Option::is_none")]
     received_flux: Option<[f64; 3]>,
+    /// For a light map: its standard error, W.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    received_flux_error: Option<[f64; 3]>,
     /// For a light map, with `--json`: where the light that met mirrors and interfaces ended, W.
     #[serde(skip_serializing_if = "Option::is_none")]
     flux_balance: Option<FluxReference>,
@@ -252,6 +255,7 @@ fn light_map(receiver: String, cached: Cached) -> Made {
             samples: reference.samples,
             from_cache: cached.from_cache,
             received_flux: Some(reference.received_flux),
+            received_flux_error: Some(reference.received_flux_error),
             ..Summary::default()
         },
         warnings: cached.warnings,
@@ -292,8 +296,10 @@ impl Summary {
             false => format!(" in {:.1} s", self.seconds),
         };
         let what = self.receiver.as_deref().unwrap_or("view");
-        let flux = self.received_flux.map_or(String::new(), |[r, g, b]| {
-            format!("\nflux   {r:.6} {g:.6} {b:.6} W")
+        let fluxes = self.received_flux.zip(self.received_flux_error);
+        let flux = fluxes.map_or(String::new(), |([r, g, b], error)| {
+            let error = error.into_iter().fold(0.0, f64::max);
+            format!("\nflux   {r:.6} {g:.6} {b:.6} W, standard error {error:.6} W")
         });
         print(&format!(
             "{}: {what} {}x{}\nerror  {:.3} % (L1, expected){flux}\nrays   {:.1} million{how}",

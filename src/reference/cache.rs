@@ -128,8 +128,8 @@ struct Entry {
     key: Hash,
 }
 
-/// Relative error, samples, received flux.
-const HEADER_VALUES: usize = 5;
+/// Relative error, samples, received flux, its standard error.
+const HEADER_VALUES: usize = 8;
 
 type Header = [f64; HEADER_VALUES];
 
@@ -142,14 +142,16 @@ trait Kept {
 impl Kept for Reference {
     fn split(&self) -> (Header, [&Map; 2]) {
         let [r, g, b] = self.received_flux;
+        let [error_r, error_g, error_b] = self.received_flux_error;
         let samples = f64::from_bits(self.samples);
-        let header = [self.relative_error, samples, r, g, b];
+        let error = self.relative_error;
+        let header = [error, samples, r, g, b, error_r, error_g, error_b];
         (header, [&self.irradiance, &self.standard_error])
     }
 
     fn join([width, height]: [u32; 2], header: Header, maps: [Map; 2]) -> Self {
         let [irradiance, standard_error] = maps;
-        let [relative_error, samples, r, g, b] = header;
+        let [relative_error, samples, r, g, b, error_r, error_g, error_b] = header;
         Self {
             width,
             height,
@@ -158,6 +160,7 @@ impl Kept for Reference {
             relative_error,
             samples: samples.to_bits(),
             received_flux: [r, g, b],
+            received_flux_error: [error_r, error_g, error_b],
         }
     }
 }
@@ -166,7 +169,8 @@ impl Kept for Reference {
 impl Kept for View {
     fn split(&self) -> (Header, [&Map; 2]) {
         let samples = f64::from_bits(self.samples);
-        let header = [self.relative_error, samples, 0.0, 0.0, 0.0];
+        let mut header = Header::default();
+        header[..2].copy_from_slice(&[self.relative_error, samples]);
         (header, [&self.radiance, &self.standard_error])
     }
 

@@ -64,6 +64,7 @@ mod tests {
             relative_error: 1.0,
             samples: 7,
             received_flux: [3.0; 3],
+            received_flux_error: [0.1; 3],
         };
         let coarse = fine.coarser(2);
         assert_eq!((coarse.width, coarse.height), (2, 1));

@@ -17,6 +17,9 @@ pub struct Estimate {
     pub mean: Map,
     /// Of the mean, (W/m²)².
     pub variance: Map,
+    /// Of the flux that a light map collects, W². It does not follow from those of the texels, whose errors depend on each other.
+    /// 0 for other estimates.
+    pub flux_variance: [f64; 3],
 }
 
 /// Sum and sum of squares over replicates.
@@ -33,33 +36,52 @@ impl Moments {
             self.squares[channel] += value * value;
         }
     }
+
+    /// Of [`REPLICATES`] values.
+    fn mean(&self) -> [f64; 3] {
+        self.sum.map(|sum| sum / f64::from(REPLICATES))
+    }
+
+    /// Of the mean of [`REPLICATES`] independent values.
+    pub fn variance(&self) -> [f64; 3] {
+        let n = f64::from(REPLICATES);
+        let mean = self.mean();
+        [0, 1, 2].map(|c| (self.squares[c] / n - mean[c] * mean[c]).max(0.0) / (n - 1.0))
+    }
 }
 
 impl Estimate {
+    /// Of `values` values that are 0.
+    pub fn zero(values: usize) -> Self {
+        Self {
+            mean: vec![[0.0; 3]; values],
+            variance: vec![[0.0; 3]; values],
+            flux_variance: [0.0; 3],
+        }
+    }
+
     /// Mean of [`REPLICATES`] independent replicates, and its variance.
     pub fn from_moments(moments: &[Moments]) -> Self {
-        let n = f64::from(REPLICATES);
-        let mean = |m: &Moments| m.sum.map(|sum| sum / n);
-        let variance = |m: &Moments| {
-            std::array::from_fn(|channel| {
-                let mean = m.sum[channel] / n;
-                (m.squares[channel] / n - mean * mean).max(0.0) / (n - 1.0)
-            })
-        };
         Self {
-            mean: moments.iter().map(mean).collect(),
-            variance: moments.iter().map(variance).collect(),
+            mean: moments.iter().map(Moments::mean).collect(),
+            variance: moments.iter().map(Moments::variance).collect(),
+            flux_variance: [0.0; 3],
         }
     }
 
     /// Adds factor · other, with independent errors.
     pub fn add_scaled(&mut self, other: &Self, factor: f64) {
-        let add = |map: &mut Map, other: &Map, factor: f64| {
+        let add = |map: &mut [[f64; 3]], other: &[[f64; 3]], factor: f64| {
             let values = map.as_flattened_mut().iter_mut();
             for (value, other) in values.zip(other.as_flattened()) {
                 *value += factor * other;
             }
         };
+        add(
+            std::slice::from_mut(&mut self.flux_variance),
+            &[other.flux_variance],
+            factor * factor,
+        );
         add(&mut self.mean, &other.mean, factor);
         add(&mut self.variance, &other.variance, factor * factor);
     }

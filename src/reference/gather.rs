@@ -263,7 +263,13 @@ impl Method for Gathering<'_> {
             moments.extend(found?);
             done(chunk.len() as u64 * u64::from(points) * u64::from(REPLICATES));
         }
-        Ok(Estimate::from_moments(&moments))
+        let mut estimate = Estimate::from_moments(&moments);
+        // Every texel has random numbers of its own.
+        for (texel, variance) in estimate.variance.iter().enumerate() {
+            let area = self.problem.receiver.texel_area(texel);
+            (0..3).for_each(|c| estimate.flux_variance[c] += area * area * variance[c]);
+        }
+        Ok(estimate)
     }
 
     fn good_size(&self, wanted: f64) -> u32 {

@@ -50,7 +50,6 @@ mod visibility;
 use crate::error::{Error, Result};
 use crate::scene::{Scene, light_map_side};
 use gather::Gathering;
-use glam::DVec3;
 use lights::Emitter;
 use problem::{Chains, Problem, receiver_of};
 use rounds::{Method, check_error};
@@ -66,9 +65,9 @@ pub(crate) use sequence::split_mix;
 pub use view::{MAX_VIEW_SIDE, View, view};
 pub use visibility::Triangle;
 
-/// Of the results: raised when the same input gives other numbers, so that what [`cached_caustic`]
+/// Of the results: raised when the same input gives other numbers, or more of them, so that what [`cached_caustic`]
 /// kept before is not taken for them.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// Irradiance of a receiver.
 #[derive(Debug, Clone)]
@@ -86,6 +85,8 @@ pub struct Reference {
     pub samples: u64,
     /// Flux that the receiver collects, RGB, W.
     pub received_flux: [f64; 3],
+    /// Its standard error, W. It is much less than those of the texels, whose errors depend on each other, would give.
+    pub received_flux_error: [f64; 3],
 }
 
 /// Computes the irradiance of the receiver `scene.objects[receiver]` on `texels` (width, height)
@@ -124,13 +125,11 @@ pub fn caustic(
     methods.extend(Gathering::new(&problem).map(|m| Box::new(m) as _));
     let solution = rounds::solve(methods, problem.receiver.texels(), options, progress)?;
     let [width, height] = texels;
-    let received = (solution.mean.iter().enumerate())
-        .map(|(texel, &e)| problem.receiver.texel_area(texel) * DVec3::from(e))
-        .sum::<DVec3>();
     Ok(Reference {
         width,
         height,
-        received_flux: received.to_array(),
+        received_flux: problem.receiver.flux(&solution.mean),
+        received_flux_error: solution.flux_error,
         irradiance: solution.mean,
         standard_error: solution.standard_error,
         relative_error: solution.relative_error,

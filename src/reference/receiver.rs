@@ -66,6 +66,14 @@ impl Receiver {
         }
     }
 
+    /// That a map of irradiance, W/m², stands for, W.
+    pub fn flux(&self, map: &Map) -> [f64; 3] {
+        (map.iter().enumerate())
+            .map(|(texel, &irradiance)| self.texel_area(texel) * DVec3::from(irradiance))
+            .sum::<DVec3>()
+            .to_array()
+    }
+
     pub fn empty_map(&self) -> Map {
         vec![[0.0; 3]; self.texels()]
     }

@@ -55,6 +55,8 @@ pub struct Progress {
 pub struct Solution {
     pub mean: Map,
     pub standard_error: Map,
+    /// Of the flux that a light map collects, W.
+    pub flux_error: [f64; 3],
     pub relative_error: f64,
     pub samples: u64,
 }
@@ -95,10 +97,7 @@ impl Part<'_> {
     fn add(&mut self, round: &Estimate, size: u32) {
         let total = self.size + size;
         let (old, new) = (f64::from(self.size), f64::from(size));
-        let mut sum = Estimate {
-            mean: vec![[0.0; 3]; round.mean.len()],
-            variance: vec![[0.0; 3]; round.mean.len()],
-        };
+        let mut sum = Estimate::zero(round.mean.len());
         sum.add_scaled(&self.estimate, old / f64::from(total));
         sum.add_scaled(round, new / f64::from(total));
         (self.estimate, self.size) = (sum, total);
@@ -106,11 +105,8 @@ impl Part<'_> {
 }
 
 /// The sum of all parts, whose errors are independent.
-fn sum_of(parts: &[Part], empty: &Map) -> Estimate {
-    let mut sum = Estimate {
-        mean: empty.clone(),
-        variance: empty.clone(),
-    };
+fn sum_of(parts: &[Part], values: usize) -> Estimate {
+    let mut sum = Estimate::zero(values);
     for part in parts {
         sum.add_scaled(&part.estimate, 1.0);
     }
@@ -125,18 +121,17 @@ pub fn solve(
     options: &Options,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Solution> {
-    let empty: Map = vec![[0.0; 3]; values];
     let mut parts: Vec<Part> = (methods.into_iter())
         .map(|method| Part {
             method,
-            estimate: sum_of(&[], &empty),
+            estimate: Estimate::zero(values),
             size: 0,
         })
         .collect();
     let mut seed = split_mix(options.seed.into()) as u32;
     let (mut samples, mut error) = (0, f64::INFINITY);
     let solution = loop {
-        let sum = sum_of(&parts, &empty);
+        let sum = sum_of(&parts, values);
         let started = parts.iter().all(|part| part.size > 0);
         if started {
             let total = sum.total();
@@ -184,6 +179,7 @@ pub fn solve(
     Ok(Solution {
         mean: solution.mean,
         standard_error,
+        flux_error: solution.flux_variance.map(f64::sqrt),
         relative_error: if error.is_finite() { error } else { 0.0 },
         samples,
     })

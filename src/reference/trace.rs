@@ -135,7 +135,7 @@ impl<'a> LightTracing<'a> {
     }
 
     /// The mean of [`REPLICATES`] maps of `values` values, which `replicate` makes of a seed each, from
-    /// about `sequences` sequences of points. Uses as many seeds from `seed` on as there are sequences;
+    /// about `sequences` sequences of points; `flux` is what a map collects. Uses as many seeds from `seed` on as there are sequences;
     /// calls `done` with numbers of rays.
     pub fn replicates(
         &self,
@@ -143,6 +143,7 @@ impl<'a> LightTracing<'a> {
         seed: u32,
         values: usize,
         replicate: impl Fn(u32) -> Result<Map> + Sync,
+        flux: impl Fn(&Map) -> [f64; 3],
         done: &mut dyn FnMut(u64),
     ) -> Result<Estimate> {
         let texels = self.problem.receiver.texels();
@@ -153,18 +154,24 @@ impl<'a> LightTracing<'a> {
             .map(|i| seed.wrapping_add(i * (rays / u64::from(SEQUENCE_LENGTH)) as u32))
             .collect();
         let mut moments = vec![Moments::default(); values];
+        let mut fluxes = Moments::default();
         for seeds in seeds.chunks(at_once) {
             let replicates: Vec<Result<Map>> =
                 (seeds.par_iter()).map(|&seed| replicate(seed)).collect();
             // Added in order, so that the sum does not depend on the number of threads.
             for replicate in replicates {
-                for (moments, value) in moments.iter_mut().zip(replicate?) {
+                let replicate = replicate?;
+                fluxes.add(flux(&replicate));
+                for (moments, value) in moments.iter_mut().zip(replicate) {
                     moments.add(value);
                 }
             }
             done(rays * seeds.len() as u64);
         }
-        Ok(Estimate::from_moments(&moments))
+        Ok(Estimate {
+            flux_variance: fluxes.variance(),
+            ..Estimate::from_moments(&moments)
+        })
     }
 
     /// Irradiance, W/m². Calls `lands` with all places where light lands and its flux, W.
@@ -307,9 +314,10 @@ impl<'a> LightTracing<'a> {
 impl Method for LightTracing<'_> {
     /// Irradiance from replicates of about `sequences` sequences of points each.
     fn round(&self, sequences: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
-        let texels = self.problem.receiver.texels();
+        let receiver = &self.problem.receiver;
         let replicate = |seed| self.replicate(sequences, seed, |_, _| {});
-        self.replicates(sequences, seed, texels, replicate, done)
+        let flux = |map: &Map| receiver.flux(map);
+        self.replicates(sequences, seed, receiver.texels(), replicate, flux, done)
     }
 
     fn samples(&self, sequences: u32) -> u64 {

@@ -6,7 +6,7 @@ use crate::common::{
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
-use nephroid::reference::Options;
+use nephroid::reference::{Options, Reference};
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::{Atlas, EnvironmentMap, Geometry, LightKind, Material, Scene};
 use std::f64::consts::{PI, TAU};
@@ -63,6 +63,15 @@ struct True {
     noise: [f64; 3],
 }
 
+impl True {
+    fn of(found: &Reference) -> Self {
+        Self {
+            flux: found.received_flux,
+            noise: found.received_flux_error,
+        }
+    }
+}
+
 /// How the reference is solved.
 #[derive(Clone, Copy)]
 enum Solving {
@@ -78,43 +87,20 @@ fn single_texel(scene: &Scene, name: &str, error: f64, max_samples: u64) -> True
         max_samples,
         ..options(error)
     };
-    let found = truth(scene, name, [1, 1], &options);
-    True {
-        flux: found.received_flux,
-        noise: found.standard_error[0].map(|sigma| rect(scene, name).area() * sigma),
-    }
+    True::of(&truth(scene, name, [1, 1], &options))
 }
 
-/// Independent solutions of the reference. The errors of texels say little of the error of their sum, which is far smaller than
-/// if they were independent.
-const SOLUTIONS: u32 = 4;
-
-/// Flux of a receiver, the mean of solutions that together take what one with this L1 takes.
-fn mean_of_solutions(scene: &Scene, name: &str, error: f64) -> True {
-    let count = f64::from(SOLUTIONS);
+/// Flux of a receiver from a map with this L1.
+fn of_a_map(scene: &Scene, name: &str, error: f64) -> True {
     let [width, height] = scene.objects[scene.object_index(name).unwrap()]
         .light_map
         .unwrap();
     let size = [REFERENCE_WIDTH, (REFERENCE_WIDTH * height).div_ceil(width)];
-    let fluxes: Vec<[f64; 3]> = (0..SOLUTIONS)
-        .map(|seed| {
-            let options = Options {
-                error: count.sqrt() * error,
-                max_samples: REFERENCE_SAMPLES / u64::from(SOLUTIONS),
-                seed,
-            };
-            truth(scene, name, size, &options).received_flux
-        })
-        .collect();
-    let flux = [0, 1, 2].map(|c| fluxes.iter().map(|flux| flux[c]).sum::<f64>() / count);
-    let variance = |c: usize| {
-        let squares = fluxes.iter().map(|found| (found[c] - flux[c]).powi(2));
-        squares.sum::<f64>() / (count - 1.0)
+    let options = Options {
+        max_samples: REFERENCE_SAMPLES,
+        ..options(error)
     };
-    True {
-        flux,
-        noise: [0, 1, 2].map(|c| (variance(c) / count).sqrt()),
-    }
+    True::of(&truth(scene, name, size, &options))
 }
 
 /// Flux of each receiver by the reference.
@@ -122,7 +108,7 @@ fn reference_flux(scene: &Scene, solving: Solving, bound: f64, faint: f64) -> Ve
     match solving {
         Solving::Flux => fluxes_up_to(scene, bound, faint, REFERENCE_SAMPLES),
         Solving::Maps(error) => (receivers(scene).iter())
-            .map(|(name, _)| mean_of_solutions(scene, name, error))
+            .map(|(name, _)| of_a_map(scene, name, error))
             .collect(),
     }
 }
@@ -373,7 +359,7 @@ fn coffee() {
 
 #[test]
 fn table() {
-    footprints_keep_the_energy("table.toml", Solving::Maps(0.05), 0.015);
+    footprints_keep_the_energy("table.toml", Solving::Maps(0.03), 0.015);
 }
 
 #[test]
@@ -423,7 +409,7 @@ fn lens() {
 
 #[test]
 fn prism() {
-    chains_keep_the_energy("prism.toml", Solving::Maps(0.005), 0.02);
+    chains_keep_the_energy("prism.toml", Solving::Maps(0.003), 0.02);
 }
 
 #[test]
@@ -459,7 +445,7 @@ fn ball_by_pinhole() {
     let device = Device::open();
     let scene = load("ball.toml");
     let floor = rect(&scene, "floor");
-    let truth = [mean_of_solutions(&scene, "floor", REFERENCE_ERROR)];
+    let truth = [of_a_map(&scene, "floor", REFERENCE_ERROR)];
     let settings = Settings {
         epsilon: 0.0,
         ..method(Method::Pinhole, 1)
@@ -507,8 +493,8 @@ fn photographed() -> EnvironmentMap {
 }
 
 /// Under an even sky, windows in a dark room, and a photographed sky. The map of `receiver` is small, because its flux is all that
-/// counts. With 16 384 samples up to 1.6 % are missing,
-/// less with more. Light that was dropped with whole clusters was 6 to 15 %.
+/// counts. With 16 384 samples up to 1.8 % are missing, where a mirror
+/// touches the floor and beside it, and less with more. Light that was dropped with whole clusters was 6 to 15 %.
 fn keeps_the_energy_of_skies(name: &str, receiver: &str, bound: f64) {
     let device = Device::open();
     let environment = |name: &str| load(name).lights[0].kind.clone();
@@ -527,7 +513,7 @@ fn keeps_the_energy_of_skies(name: &str, receiver: &str, bound: f64) {
         let mut scene = only_receiver(load(name), receiver, [32, 32]);
         scene.lights.truncate(1);
         scene.lights[0].kind = kind;
-        let truth = [mean_of_solutions(&scene, receiver, SKY_ERROR)];
+        let truth = [of_a_map(&scene, receiver, SKY_ERROR)];
         let found = fluxes(&device, &scene, &footprint(16_384));
         let error = |factor| worst_of(&scaled_fluxes(&found, factor), &truth, FAINT);
         let what = format!("{name} under {sky}, energy");
@@ -537,10 +523,10 @@ fn keeps_the_energy_of_skies(name: &str, receiver: &str, bound: f64) {
 
 #[test]
 fn cage_under_skies() {
-    keeps_the_energy_of_skies("mesh_cage.toml", "floor", 0.02);
+    keeps_the_energy_of_skies("mesh_cage.toml", "floor", 0.022);
 }
 
 #[test]
 fn animal_under_skies() {
-    keeps_the_energy_of_skies("mesh_animal.toml", "floor", 0.02);
+    keeps_the_energy_of_skies("mesh_animal.toml", "floor", 0.022);
 }

@@ -5,7 +5,7 @@ use crate::common::{assert_errors_are_honest, image, load, options, ring, solve}
 use glam::DVec3;
 use nephroid::Error;
 use nephroid::measure;
-use nephroid::reference::{Options, caustic};
+use nephroid::reference::{Options, Reference, caustic};
 use nephroid::scene::{Geometry, LightKind, Object, Rect, Scene};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -36,6 +36,35 @@ fn error_bars_are_what_two_seeds_differ_by() {
             (0.85..1.15).contains(&(difference / expected)),
             "{difference} {expected}"
         );
+    }
+}
+
+/// The variance of the flux over seeds is the square of its standard error, for tracing and for gathering.
+#[test]
+fn error_of_the_flux_is_what_seeds_differ_by() {
+    const SEEDS: u32 = 24;
+    for (name, error) in [("ring.toml", 0.2), ("ball.toml", 0.2)] {
+        let scene = load(name);
+        let solutions: Vec<Reference> = (0..SEEDS)
+            .map(|seed| {
+                let options = Options {
+                    seed,
+                    ..options(error)
+                };
+                solve(&scene, "floor", [12, 12], &options)
+            })
+            .collect();
+        let count = f64::from(SEEDS);
+        let mean = solutions.iter().map(|s| s.received_flux[0]).sum::<f64>() / count;
+        let squares = solutions
+            .iter()
+            .map(|s| (s.received_flux[0] - mean).powi(2));
+        let variance = squares.sum::<f64>() / (count - 1.0);
+        let claimed = solutions.iter().map(|s| s.received_flux_error[0].powi(2));
+        let ratio = variance / (claimed.sum::<f64>() / count);
+        println!("{name}: {mean} W, variance over claimed {ratio}");
+        // √(2/23) = 0.3 is the standard error of a variance.
+        assert!((0.5..2.0).contains(&ratio), "{name}: {ratio}");
     }
 }
 

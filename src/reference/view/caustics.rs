@@ -142,7 +142,8 @@ impl Method for SeenTracing<'_> {
         let wanted = self.tracing.rays(sequences) as f64 / pixels as f64;
         let lookups = power_of_two(wanted, LEAST_LOOKUPS).min(MOST_LOOKUPS);
         let replicate = |seed| self.picture(sequences, lookups, seed);
-        (self.tracing).replicates(sequences, seed, pixels, replicate, done)
+        let no_flux = |_: &Map| [0.0; 3];
+        (self.tracing).replicates(sequences, seed, pixels, replicate, no_flux, done)
     }
 
     /// Rays of light.
