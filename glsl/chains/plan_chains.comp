@@ -67,8 +67,25 @@ float footprint_count(LatticePilot pilot, LatticePlan plan) {
     return exp2(float(plan.halvings)) * (float(plan.bands * pilot.landings) + pilot.parts);
 }
 
-// How often the cells of a lattice are to be halved where its chains have `share` of the light of their receivers.
-uint halvings_for(ChainLattice lattice, LatticePilot pilot, float share) {
+// The pilots of the lattices that are planned together with one, as one, and the mean number of its cells.
+LatticePilot pilot_of_group(ChainLattice lattice, out float cells) {
+    LatticePilot group = LatticePilot(0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0);
+    cells = 0.0;
+    for (uint i = lattice.first_of_group; i < lattice.first_of_group + lattice.group_size; i++) {
+        LatticePilot pilot = lattice_pilots[i];
+        group.chains += pilot.chains;
+        group.landings += pilot.landings;
+        group.flux += pilot.flux;
+        group.incoherent += pilot.incoherent;
+        cells += float(lattices[i].columns * lattices[i].rows);
+    }
+    cells /= float(lattice.group_size);
+    return group;
+}
+
+// How often the cells of the lattices of a group are to be halved where its chains have `share` of the light of their receivers. All alike,
+// whatever the pilot rays of one of them found: lattices that were refined only where a ray had found chains would miss the others'.
+uint halvings_for(ChainLattice lattice, LatticePilot pilot, float cells, float share) {
     // The light of a single surface is part of the balance of flux.
     if (pilot.chains == 0) {
         if (COUNTS_FLUX) return 0;
@@ -82,7 +99,7 @@ uint halvings_for(ChainLattice lattice, LatticePilot pilot, float share) {
         return halvings;
     }
     // As many rays land as the lattice would have, if all of them landed.
-    float needed = exp2(2.0 * float(lattice.refinements)) * float(lattice.columns * lattice.rows) * min(share * share / (MAX_ADDED * MAX_ADDED), 1.0);
+    float needed = exp2(2.0 * float(lattice.refinements)) * cells * min(share * share / (MAX_ADDED * MAX_ADDED), 1.0);
     return uint(clamp(ceil(log2(needed / max(float(pilot.landings), UNSEEN))), 0.0, 2.0 * float(lattice.refinements)));
 }
 
@@ -114,12 +131,16 @@ void main() {
     // The share of all light that a lattice may bring without a pilot ray that says so.
     float unseen = UNSEEN / max(all.y, 1.0);
     for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
-        LatticePilot pilot = lattice_pilots[i];
-        float share = pilot.landings == 0 ? unseen : 0.0;
-        for (uint receiver = 0; receiver < receivers(); receiver++) {
-            share += lattice_fluxes[i * receivers() + receiver].z / max(max(landed[receiver % SPLAT_GROUP].x, DIM_RECEIVER * all.x), 1e-30);
+        ChainLattice lattice = lattices[i];
+        float cells;
+        LatticePilot group = pilot_of_group(lattice, cells);
+        float share = group.landings == 0 ? unseen : 0.0;
+        for (uint j = lattice.first_of_group; j < lattice.first_of_group + lattice.group_size; j++) {
+            for (uint receiver = 0; receiver < receivers(); receiver++) {
+                share += lattice_fluxes[j * receivers() + receiver].z / max(max(landed[receiver % SPLAT_GROUP].x, DIM_RECEIVER * all.x), 1e-30);
+            }
         }
-        lattice_plans[i] = LatticePlan(halvings_for(lattices[i], pilot, share), bands_for(pilot));
+        lattice_plans[i] = LatticePlan(halvings_for(lattice, group, cells, share), bands_for(lattice_pilots[i]));
     }
     memoryBarrierBuffer();
     barrier();
@@ -144,12 +165,15 @@ void main() {
     barrier();
     for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
         vec2 sums = vec2(0.0);
-        for (uint i = 0; i < push.lattice_count; i++) {
-            uint halvings = lattice_plans[i].halvings;
+        for (uint first = 0; first < push.lattice_count; first += lattices[first].group_size) {
+            uint halvings = lattice_plans[first].halvings;
             if (halvings == NO_RAYS) continue;
-            float share = lattice_fluxes[i * receivers() + receiver].z / max(landed[receiver % SPLAT_GROUP].x, 1e-30);
-            if (lattice_pilots[i].landings == 0) share = unseen;
-            sums += share * vec2(own_error(lattices[i], lattice_pilots[i], halvings), 1.0);
+            float cells;
+            LatticePilot group = pilot_of_group(lattices[first], cells);
+            float flux = 0.0;
+            for (uint i = first; i < first + lattices[first].group_size; i++) flux += lattice_fluxes[i * receivers() + receiver].z;
+            float share = group.landings == 0 ? unseen : flux / max(landed[receiver % SPLAT_GROUP].x, 1e-30);
+            sums += share * vec2(own_error(lattices[first], group, halvings), 1.0);
         }
         chain_errors[receiver] = sums;
     }

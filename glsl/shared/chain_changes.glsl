@@ -43,11 +43,16 @@ Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at) {
     return transfer;
 }
 
+// Largest change of direction over a cell or a light, rad. Where a cell is wider than the surface is curved, first-order changes are many
+// times a hemisphere, and would spread the light over places that it cannot reach.
+const float MAX_CHANGE = 1.0;
+
 // The path of the reflected or the refracted lobe.
 ChainPath next_path(ChainPath path, ChainHit hit, Interaction at, Transfer transfer, Lobe lobe, bool refracts) {
     Changes changes = transfer.changes;
     for (int i = 0; i < columns(); i++) {
         changes.direction[i] = outgoing_change(-path.direction, at.normal, -changes.direction[i], transfer.normal[i], refracts ? at.eta : 0.0);
+        if (i < 4) changes.direction[i] *= MAX_CHANGE / max(length(changes.direction[i]), MAX_CHANGE);
     }
     if (DISPERSES && refracts) changes.direction[4] += at.eta_change * outgoing_change_with_eta(-path.direction, at.normal, at.eta);
     ChainPath next = next_ray(path, hit, at, lobe, refracts);

@@ -348,7 +348,8 @@ struct ChainLattice {
     uint light;
     uint rows;
     uint refinements; // number of times that the spacing is halved for the error to aim for where all rays land and neighbours agree
-    vec2 unused;
+    uint first_of_group; // lattices from the same light, or from all cells of the environment, to the same caster
+    uint group_size;
 };
 
 // Where the ray through the middle of a lattice's cell lands.

@@ -14,7 +14,8 @@ use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
 use crate::render::spectrum::Coordinate;
 use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
-use glam::{DVec3, Vec2};
+use glam::DVec3;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Number of rays of a lattice for an error of 2 % of its own light, if all of them land. The error falls with the square root of their
@@ -129,6 +130,10 @@ impl DeviceLattices {
             return Ok(());
         }
         let mut lights = lights.to_vec();
+        // The environment's cells are planned together: one of them has too few rays to tell whether its light chains.
+        let mut groups_of_lights: Vec<Range<u32>> = (0..lights.len() as u32)
+            .map(|light| light..light + 1)
+            .collect();
         let environment = EnvironmentLight::of(scene)?.filter(|light| light.casts_caustics);
         if let Some(environment) = environment {
             if is_another {
@@ -138,7 +143,9 @@ impl DeviceLattices {
             }
             let light =
                 |cell: &EnvironmentCell| cell.light(environment.scale, environment.rotation);
+            let first = lights.len() as u32;
             lights.extend(self.cells.iter().map(light));
+            groups_of_lights.push(first..lights.len() as u32);
         }
         staging.write(&self.lights, 0, &lights)?;
         let casters: Vec<(u32, [DVec3; 2])> = (scene.objects.iter().zip(0..))
@@ -148,44 +155,58 @@ impl DeviceLattices {
                 (index, bounds.map(|corner| corner - store.origin))
             })
             .collect();
-        let windows: Vec<(u32, u32, Window)> = (lights.iter().zip(0..))
-            .flat_map(|(light, number)| {
-                casters.iter().flat_map(move |&(object, bounds)| {
-                    let windows = match light.is_lamp {
-                        0 => vec![of_sun(light, bounds, store.size().into())],
-                        _ => of_lamp(light, bounds),
-                    };
-                    (windows.into_iter()).map(move |window| (number, object, window))
+        let windows = |light: u32, bounds| match &lights[light as usize] {
+            sun if sun.is_lamp == 0 => vec![of_sun(sun, bounds, store.size().into())],
+            lamp => of_lamp(lamp, bounds),
+        };
+        let groups: Vec<Group> = (casters.iter())
+            .flat_map(|&(object, bounds)| {
+                groups_of_lights.iter().map(move |lights| Group {
+                    object,
+                    windows: (lights.clone())
+                        .flat_map(|light| {
+                            windows(light, bounds).into_iter().map(move |w| (light, w))
+                        })
+                        .collect(),
                 })
             })
             .collect();
-        let flux = |(light, _, window): &(u32, u32, Window)| {
+        let windows = || groups.iter().flat_map(|group| &group.windows);
+        let flux = |(light, window): &(u32, Window)| {
             // A lamp's windows are at a distance of at least 1 m: their areas are above their solid angles.
             f64::from(lights[*light as usize].power.max_element()) * window.area()
         };
-        self.flux = windows.iter().map(flux).sum();
+        self.flux = windows().map(flux).sum();
         let rays = rays_of_lattice(settings);
-        let pilot = pilot_rays(windows.len() as u32);
+        let pilot = pilot_rays(windows().count() as u32);
         let refinements = (0.5 * (rays / pilot).log2()).ceil().max(0.0) as u32;
         let mut first = 0;
         let mut lattices = Vec::new();
-        for (light, object, window) in windows {
-            let (columns, rows) =
-                window.columns_and_rows(pilot.max(rays * 0.25f64.powi(refinements as i32)));
-            lattices.push(ChainLattice {
-                origin: window.origin.as_vec3(),
-                first,
-                edge_u: (window.edge_u / f64::from(columns)).as_vec3(),
-                columns,
-                edge_v: (window.edge_v / f64::from(rows)).as_vec3(),
-                object,
-                direction: window.direction.as_vec3(),
-                light,
-                rows,
-                refinements,
-                unused: Vec2::ZERO,
-            });
-            first += columns * rows;
+        for Group { object, windows } in groups {
+            let first_of_group = lattices.len() as u32;
+            let group_size = windows.len() as u32;
+            for ((light, window), number) in windows.into_iter().zip(0..) {
+                let (columns, rows) =
+                    window.columns_and_rows(pilot.max(rays * 0.25f64.powi(refinements as i32)));
+                let edge_u = window.edge_u / f64::from(columns);
+                let edge_v = window.edge_v / f64::from(rows);
+                let [u, v] = shift_of(number);
+                lattices.push(ChainLattice {
+                    origin: (window.origin + u * edge_u + v * edge_v).as_vec3(),
+                    first,
+                    edge_u: edge_u.as_vec3(),
+                    columns,
+                    edge_v: edge_v.as_vec3(),
+                    object,
+                    direction: window.direction.as_vec3(),
+                    light,
+                    rows,
+                    refinements,
+                    first_of_group,
+                    group_size,
+                });
+                first += columns * rows;
+            }
         }
         self.count = lattices.len() as u32;
         self.pilot_count = first;
@@ -241,6 +262,24 @@ fn may_chain(scene: &Scene) -> bool {
         Geometry::Mesh(mesh) => !is_convex(mesh, is_dielectric, MAX_PAIRS),
         Geometry::Rect(_) | Geometry::Waves(_) => false,
     }
+}
+
+/// Lattices that are planned as one: of a light, or of all cells of the environment, to an object.
+struct Group {
+    object: u32,
+    /// With the numbers of their lights.
+    windows: Vec<(u32, Window)>,
+}
+
+/// By which a lattice of a group is shifted, in cells. The rays of each pass their cells at another place, so that errors which a coarse
+/// lattice makes at the outline of a caster cancel over the group. The places are those of the additive recurrence R2 (Roberts, *The
+/// unreasonable effectiveness of quasirandom sequences*, 2018) from `WITHIN_CELL` on (`lattice_ray.glsl`).
+fn shift_of(number: u32) -> [f64; 2] {
+    const WITHIN_CELL: [f64; 2] = [0.4716, 0.5387];
+    const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+    [0, 1].map(|axis| {
+        (WITHIN_CELL[axis] + f64::from(number) * STEP[axis]).fract() - WITHIN_CELL[axis]
+    })
 }
 
 /// A rectangle of rays: origin + u edge_u + v edge_v, u and v from 0 to 1.
