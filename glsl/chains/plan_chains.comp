@@ -71,7 +71,8 @@ float footprint_count(LatticePilot pilot, LatticePlan plan) {
 LatticePilot pilot_of_group(ChainLattice lattice, out float cells) {
     LatticePilot group = LatticePilot(0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0);
     cells = 0.0;
-    for (uint i = lattice.first_of_group; i < lattice.first_of_group + lattice.group_size; i++) {
+    uint end = lattice.first_of_group + lattice.group_size;
+    for (uint i = lattice.first_of_group; i < end; i++) {
         LatticePilot pilot = lattice_pilots[i];
         group.chains += pilot.chains;
         group.landings += pilot.landings;
@@ -165,13 +166,16 @@ void main() {
     barrier();
     for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
         vec2 sums = vec2(0.0);
-        for (uint first = 0; first < push.lattice_count; first += lattices[first].group_size) {
+        uint next = 0;
+        while (next < push.lattice_count) {
+            uint first = next;
+            next += lattices[first].group_size;
             uint halvings = lattice_plans[first].halvings;
             if (halvings == NO_RAYS) continue;
             float cells;
             LatticePilot group = pilot_of_group(lattices[first], cells);
             float flux = 0.0;
-            for (uint i = first; i < first + lattices[first].group_size; i++) flux += lattice_fluxes[i * receivers() + receiver].z;
+            for (uint i = first; i < next; i++) flux += lattice_fluxes[i * receivers() + receiver].z;
             float share = group.landings == 0 ? unseen : flux / max(landed[receiver % SPLAT_GROUP].x, 1e-30);
             sums += share * vec2(own_error(lattices[first], group, halvings), 1.0);
         }

@@ -42,7 +42,7 @@ fn error_bars_are_what_two_seeds_differ_by() {
 /// The variance of the flux over seeds is the square of its standard error, for tracing and for gathering.
 #[test]
 fn error_of_the_flux_is_what_seeds_differ_by() {
-    const SEEDS: u32 = 24;
+    const SEEDS: u32 = 12;
     for (name, error) in [("ring.toml", 0.2), ("ball.toml", 0.2)] {
         let scene = load(name);
         let solutions: Vec<Reference> = (0..SEEDS)
@@ -63,8 +63,8 @@ fn error_of_the_flux_is_what_seeds_differ_by() {
         let claimed = solutions.iter().map(|s| s.received_flux_error[0].powi(2));
         let ratio = variance / (claimed.sum::<f64>() / count);
         println!("{name}: {mean} W, variance over claimed {ratio}");
-        // √(2/23) = 0.3 is the standard error of a variance.
-        assert!((0.5..2.0).contains(&ratio), "{name}: {ratio}");
+        // √(2/11) = 0.43 is the standard error of a variance.
+        assert!((0.4..2.4).contains(&ratio), "{name}: {ratio}");
     }
 }
 
