@@ -735,7 +735,7 @@ mod tests {
         assert_eq!(
             (VERSION, weighted),
             (
-                4,
+                5,
                 ["1.517340642e3", "2.751296636e-2", "2.376185858e3"].map(String::from)
             )
         );
