@@ -50,7 +50,7 @@ impl Blockers {
             (corners.iter().flatten().copied()).fold(corners[0][0], pick)
         };
         let (low, high) = (corner(DVec3::min), corner(DVec3::max));
-        // Of a single point, any.
+        // Where all corners coincide, any finite scale serves.
         let scale = TREE_SIZE / (high - low).max_element().max(f64::MIN_POSITIVE.sqrt());
         let in_tree = |place: DVec3| ((place - low) * scale).as_vec3a();
         let margin = Vec3A::splat(TREE_MARGIN as f32);
