@@ -6,6 +6,7 @@ mod compare;
 mod flip;
 mod light_map_sizes;
 pub mod machine;
+mod noise;
 mod profile;
 pub mod stress;
 pub mod sweep;
@@ -15,6 +16,7 @@ pub use aim::Aim;
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use flip::{Flip, FlipPixel, PIXELS_PER_DEGREE, Region, flip};
 pub use light_map_sizes::{ChosenLightMap, choose_light_maps};
+pub use noise::l1_without_noise;
 pub use profile::{PassProfile, Spread, profile};
 pub use target::{TargetComparison, compare_with_target, read_target};
 

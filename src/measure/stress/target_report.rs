@@ -114,8 +114,8 @@ pub fn section(points: &[TargetPoint]) -> String {
         .collect();
     format!(
         "<section>\n<h2 id=\"targets\">Error targets</h2>\n<p>The shipped scenes and random ones, with the option <code>--error</code>: \
-         what was asked for, what the renderer estimates of itself, and L1 against the reference, whose own error is taken off in \
-         quadrature. Receivers whose reference is too uncertain, or that the renderer cannot aim at, are left out.</p>\n\
+         what was asked for, what the renderer estimates of itself, and L1 against the reference, without its noise. \
+         Receivers whose reference is too uncertain, or that the renderer cannot aim at, are left out.</p>\n\
          <ul class=\"words\">\n{lines}</ul>\n<div class=\"plots\">\n<div class=\"plot\">{}</div>\n</div>\n<details>\n\
          <summary>All figures</summary>\n<table>\n<thead><tr><th>Scene</th><th>Receiver</th><th>Light map</th><th>Target, %</th>\
          <th>Estimate, %</th><th>L1, %</th><th>Reference, %</th><th>Energy ratio</th><th>Patches</th></tr></thead>\n{rows}</table>\n\

@@ -1,7 +1,7 @@
 //! What an error target promises, against what is reached: [`Settings::error`], the estimate of it, and the truth, over
 //! many receivers.
 
-use super::super::{compare, with_light_map};
+use super::super::{compare, l1_without_noise, with_light_map};
 use super::random::random_scene;
 use super::scenes::RECEIVER;
 use crate::error::{Error, Result};
@@ -96,7 +96,7 @@ pub struct TargetPoint {
     pub target: f64,
     /// What the renderer says of its own error.
     pub estimate: f64,
-    /// Against the reference, whose expected error is taken off, in quadrature.
+    /// Against the reference, without the reference's noise.
     pub l1: f64,
     /// The expected error of the reference, relative L1.
     pub reference_error: f64,
@@ -157,11 +157,11 @@ pub fn measure(
         let mut renderer = of(target)?;
         renderer.caustic()?;
         let map = renderer.read_caustic(receiver)?;
-        let comparison = compare(&map, &truth)?;
-        let estimate = renderer.estimated_error()?;
-        let (Some(l1), Some(energy_ratio), Some(estimate)) =
-            (comparison.l1, comparison.energy_ratio, estimate)
-        else {
+        let (Some(l1), Some(energy_ratio), Some(estimate)) = (
+            l1_without_noise(&map, &reference),
+            compare(&map, &truth)?.energy_ratio,
+            renderer.estimated_error()?,
+        ) else {
             continue;
         };
         let noise = reference.relative_error;
@@ -174,7 +174,7 @@ pub fn measure(
             texels,
             target,
             estimate: estimate.into(),
-            l1: (l1 * l1 - noise * noise).max(0.0).sqrt(),
+            l1,
             reference_error: noise,
             energy_ratio,
             patches: renderer.samples()?,
