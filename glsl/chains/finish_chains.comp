@@ -13,7 +13,7 @@ LIGHTS(4)
 PLANAR_RECEIVERS(5)
 CHAIN_PATHS(7)
 layout(std430, binding = 8) readonly buffer Waves { uint waves[]; };
-layout(std430, binding = 9) writeonly buffer Footprints { Footprint footprints[]; };
+layout(std430, binding = 9) writeonly buffer Footprints { ChainFootprint footprints[]; };
 layout(std430, binding = 10) buffer Coarse { uint coarse[]; };
 layout(std430, binding = 11) readonly buffer Profiles { Profile profiles[]; };
 layout(std430, binding = 12) readonly buffer Spectrum { vec4 weights_below[]; };
@@ -44,7 +44,7 @@ layout(std430, binding = 17) writeonly buffer LandingHits { ChainHit landing_hit
 #include "chain_landing.glsl"
 
 // The first receiver that the path's light lands on, with light of one part of the spectrum, chosen by a number from 0 to 1.
-bool finish(ChainPath path, ChainHit hit, float number, inout Footprint footprint) {
+bool finish(ChainPath path, ChainHit hit, float number, inout ChainFootprint footprint) {
     for (uint index = 0; index < push.receiver_count; index++) {
         PlanarReceiver receiver = planar_receiver_at(index);
         Landing landing;
@@ -68,7 +68,7 @@ void main() {
     }
     ChainPath path = path_at(index);
     trace_band(path);
-    Footprint footprint = no_footprint();
+    ChainFootprint footprint = no_footprint();
     ChainPath landing = path;
     ChainHit landing_hit = ChainHit(FAR, NO_TRIANGLE, vec2(0.0), path.media, 0, 0);
     for (;;) {

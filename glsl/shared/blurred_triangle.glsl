@@ -28,6 +28,15 @@ float share_in_square(vec2 a, vec2 b, vec2 c) {
     return clamp(side_integral(a + 0.5, b + 0.5) + side_integral(b + 0.5, c + 0.5) + side_integral(c + 0.5, a + 0.5), 0.0, 1.0);
 }
 
+// Share of a parallelogram around the origin that lies in the unit square around d.
+float parallelogram_value(vec2 a, vec2 b, vec2 d) {
+    vec2 from = 0.5 - d;
+    vec2 corners[4] = vec2[](from - 0.5 * (a + b), from + 0.5 * (a - b), from + 0.5 * (a + b), from - 0.5 * (a - b));
+    float area = 0.0;
+    for (int i = 0; i < 4; i++) area += side_integral(corners[i], corners[(i + 1) % 4]);
+    return max(area / cross2(a, b), 0.0);
+}
+
 // The triangle around all texels that a blurred triangle touches.
 
 // Half the width of the unit square along the unit vector n, and somewhat more: rasterisation rounds.

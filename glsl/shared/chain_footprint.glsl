@@ -2,8 +2,9 @@
 // declares `coarse`.
 
 // A footprint without extent.
-Footprint no_footprint() {
-    return Footprint(vec2(0.0), vec2(0.0), vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0, vec2(0.0), vec2(0.0));
+ChainFootprint no_footprint() {
+    vec2 zero = vec2(0.0);
+    return ChainFootprint(vec3(0.0), 0.0, vec3(0.0), 0.0, vec4(0.0), zero, zero, zero, 0.0, 0.0);
 }
 
 // A root of the covariance m m^T + d d^T, by Cholesky's decomposition.
@@ -26,22 +27,49 @@ void choose_part(inout Landing landing, inout vec3 flux, uint part, uint parts) 
     if (float(parts) == MAX_PARTS) landing.of_cell = widened(landing.of_cell, inversesqrt(12.0) * width * landing.of_spectrum);
 }
 
+// Sum of the variances along rows and columns of a landing without the texel, texels^2. Up to the first a parallelogram stands for the
+// landing, from the second on a kernel, and both between them.
+const float WHOLLY_PARALLELOGRAM = 0.06;
+const float WHOLLY_KERNEL = 0.5;
+// Smallest side of a parallelogram, texels, and what its bounds are wider: rasterisation rounds.
+const float SMALLEST_SIDE = 0.02;
+
+// A root of the covariance m m^T + l l^T + isotropic that is near m where the others are small: the symmetric root (Levinger 1980) times
+// the rotation of m's polar decomposition.
+mat2 root_near(mat2 m, mat2 l, float isotropic) {
+    vec3 c = covariance_of(m) + covariance_of(l) + isotropic * vec3(1.0, 0.0, 1.0);
+    float root = sqrt(max(c.x * c.z - c.y * c.y, 0.0));
+    mat2 symmetric = mat2(c.x + root, c.y, c.y, c.z + root) * inversesqrt(c.x + c.z + 2.0 * root);
+    float sense = determinant(m) < 0.0 ? -1.0 : 1.0;
+    vec2 axis = m[0] + sense * vec2(m[1].y, -m[1].x);
+    axis = dot(axis, axis) > 0.0 ? normalize(axis) : vec2(1.0, 0.0);
+    return symmetric * mat2(axis, sense * vec2(-axis.y, axis.x));
+}
+
 // The footprint of a landing with `flux`, W, on receiver number `index`.
-Footprint footprint_of(Landing landing, vec3 flux, PlanarReceiver receiver, uint index) {
+ChainFootprint footprint_of(Landing landing, vec3 flux, PlanarReceiver receiver, uint index) {
     Kernel kernel = kernel_for(landing.of_cell, landing.of_light, 1.0 / 12.0, SHARPEST_CURVED);
     LevelKernel here = in_level(kernel, landing.centre, receiver);
     kernel = here.kernel;
-    vec2 low = clamp(here.centre - here.half_size, here.tile_low, here.tile_high);
-    vec2 high = clamp(here.centre + here.half_size, here.tile_low, here.tile_high);
-    if (!(kernel.determinant > 0.0)) high = low;
     if (here.level > 0) atomicOr(coarse[index], 1u << here.level);
     float peak = peak_of(kernel);
-    vec3 irradiance = flux * (here.scale * here.scale * peak / texel_area(receiver));
-    vec3 no_clip = vec3(0.0, 0.0, 1.0);
     // A small footprint is normalised over its texels.
     if (is_small(here)) {
-        float sum = sum_over_texels(here, false, vec2(0.0), no_clip);
-        if (sum > 0.0) irradiance /= sum * peak;
+        float sum = sum_over_texels(here, false, vec2(0.0), vec3(0.0, 0.0, 1.0));
+        if (sum > 0.0) peak = 1.0 / sum;
     }
-    return Footprint(here.centre, vec2(0.0), conic_of(kernel), kernel.profile.flatness, irradiance, 0.0, no_clip, 0.0, low, high);
+    // A kernel is evaluated at the middles of texels, and so it blurs what is narrower than a texel a second time. The image of the cell
+    // as a parallelogram is exact there, but neighbours meet in no smooth way, which shows where it is as wide as a texel.
+    vec3 own = covariance_of(landing.of_cell) + covariance_of(landing.of_light);
+    float share = clamp((WHOLLY_KERNEL - own.x - own.z) / (WHOLLY_KERNEL - WHOLLY_PARALLELOGRAM), 0.0, 1.0);
+    mat2 cell = landing.of_cell / sqrt(12.0 * push.spread);
+    mat2 sides = sqrt(12.0) * root_near(cell, landing.of_light, SMALLEST_SIDE * SMALLEST_SIDE / 12.0);
+    vec2 half_size = share < 1.0 ? here.half_size : vec2(0.0);
+    if (share > 0.0) half_size = max(half_size, 0.5 * (abs(sides[0]) + abs(sides[1])) + 0.5 + SMALLEST_SIDE);
+    vec2 low = clamp(here.centre - half_size, here.tile_low, here.tile_high);
+    vec2 high = clamp(here.centre + half_size, here.tile_low, here.tile_high);
+    if (!(kernel.determinant > 0.0)) high = low;
+    vec3 irradiance = flux * (here.scale * here.scale / texel_area(receiver));
+    return ChainFootprint(conic_of(kernel), kernel.profile.flatness, irradiance, (1.0 - share) * peak, vec4(sides[0], sides[1]), here.centre,
+        low, high, share, 0.0);
 }

@@ -213,7 +213,7 @@ struct ClusterStart {
     float unused;
 };
 
-// The image that a patch projects of a light onto a planar receiver. Let d be the offset from `centre` in texels of the
+// The image that a patch projects of an environment cell onto a planar receiver, as a kernel. Let d be the offset from `centre` in texels of the
 // light-map image, along = 1 + slant . d and s^2 = 1 + 2 slant . d + bulge . d^2. The irradiance at d is
 // peak * kernel_value(flatness, d^T conic d / s^2) * along / s^4 * clamp(clip.z + clip.xy . d, 0, 1).
 struct Footprint {
@@ -227,6 +227,21 @@ struct Footprint {
     float bulge_y;
     vec2 lower;      // bounds in the light-map image, texels
     vec2 upper;
+};
+
+// The light of a landing of chains, in a level of a light map. Let d be the offset from `centre` in texels of the light-map image. The
+// irradiance at d is irradiance * (kernel * kernel_value(flatness, d^T conic d) + share * parallelogram_value(sides.xy, sides.zw, d)).
+struct ChainFootprint {
+    vec3 conic;      // matrix xx, xy, yy; includes the support radius
+    float flatness;  // of the kernel
+    vec3 irradiance; // of all light in one texel, W/m^2
+    float kernel;    // peak of the kernel in units of that
+    vec4 sides;      // of the parallelogram, texels
+    vec2 centre;
+    vec2 lower;      // bounds in the light-map image, texels
+    vec2 upper;
+    float share;     // of the light in the parallelogram
+    float unused;
 };
 
 // The image that a patch projects of an environment cell onto a planar receiver. Let s be the distance from the patch to

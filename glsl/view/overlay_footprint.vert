@@ -1,4 +1,4 @@
-// overlay footprint: the kernels of chains and environment cells on planar receivers.
+// overlay footprint: the kernels of environment cells on planar receivers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"

@@ -74,6 +74,10 @@ mirrors! {
         centre: Vec2, slant: Vec2, conic: Vec3, flatness: f32, peak: Vec3, bulge_x: f32,
         clip: Vec3, bulge_y: f32, lower: Vec2, upper: Vec2,
     }
+    ChainFootprint {
+        conic: Vec3, flatness: f32, irradiance: Vec3, kernel: f32, sides: Vec4, centre: Vec2, lower: Vec2, upper: Vec2,
+        share: f32, unused: f32,
+    }
     PinholeImage {
         foot: Vec2, lower: Vec2, upper: Vec2, size: Vec2,
         ahead: Vec3, sharp_azimuth: f32, east: Vec3, sharp_sine: f32, up: Vec3, shear_range: u32,

@@ -20,7 +20,7 @@ use crate::render::gpu_types::constants::{
     ID_COUNTS_FLUX, SPLAT_GROUP, WAVE_DRAW_WORD, WAVE_WORDS,
 };
 use crate::render::gpu_types::{
-    ChainHit, ChainPath, ChainPush, Footprint, LatticePilot, LatticePlan, PilotRay,
+    ChainFootprint, ChainHit, ChainPath, ChainPush, LatticePilot, LatticePlan, PilotRay,
 };
 use crate::render::splat::prefix_sums::{BlockSums, PrefixSums};
 use crate::render::splat::quads::{self, draw_push};
@@ -124,7 +124,7 @@ impl Chains {
         let footprints = Buffer::new(
             context,
             "chain footprints",
-            splats * size_of::<Footprint>() as u64,
+            splats * size_of::<ChainFootprint>() as u64,
         )?;
         let quads = quads::indices(context, &mut scene.staging, "chain quads", splat_capacity)?;
 
@@ -229,7 +229,7 @@ impl Chains {
         ];
         let finish = compute(&shaders::FINISH_CHAINS_COMP, &own)?;
         let drawn = [("footprints", buffer(&footprints))];
-        let footprint = [&shaders::FOOTPRINT_VERT, &shaders::FOOTPRINT_FRAG];
+        let footprint = [&shaders::CHAIN_FOOTPRINT_VERT, &shaders::CHAIN_FOOTPRINT_FRAG];
         let topology = Topology::Triangles;
         let trace = [trace(0)?, trace(1)?];
         let sums = [sums(0)?, sums(1)?];

@@ -140,8 +140,12 @@ fn kinds(caustic: &Caustic) -> Vec<Kind<'_>> {
                 )
             });
             let chains = chains.as_ref().map(|chains| {
-                let vertex = &shaders::FOOTPRINT_VERT;
-                kind("footprints", &chains.footprints, vertex, Some(footprint))
+                let outline = [
+                    &shaders::OVERLAY_CHAIN_FOOTPRINT_VERT,
+                    &shaders::OVERLAY_FOOTPRINT_FRAG,
+                ];
+                let vertex = &shaders::CHAIN_FOOTPRINT_VERT;
+                kind("footprints", &chains.footprints, vertex, Some(outline))
             });
             let projectors = projectors.iter().map(|projector| {
                 let outline = (projector.splats == "footprints").then_some(footprint);
