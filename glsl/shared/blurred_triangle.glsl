@@ -28,13 +28,23 @@ float share_in_square(vec2 a, vec2 b, vec2 c) {
     return clamp(side_integral(a + 0.5, b + 0.5) + side_integral(b + 0.5, c + 0.5) + side_integral(c + 0.5, a + 0.5), 0.0, 1.0);
 }
 
-// Share of a parallelogram around the origin that lies in the unit square around d.
-float parallelogram_value(vec2 a, vec2 b, vec2 d) {
+// Corner `i` of a parallelogram around the origin with these sides.
+vec2 parallelogram_corner(vec2 a, vec2 b, uint i) {
+    return 0.5 * ((i == 1 || i == 2 ? a : -a) + (i >= 2 ? b : -b));
+}
+
+// Share of a parallelogram around the origin that lies in the unit square around d, if `is_needed`: lavapipe runs the code of a branch that
+// no thread takes, but not such a loop.
+float parallelogram_value(vec2 a, vec2 b, vec2 d, bool is_needed) {
     vec2 from = 0.5 - d;
-    vec2 corners[4] = vec2[](from - 0.5 * (a + b), from + 0.5 * (a - b), from + 0.5 * (a + b), from - 0.5 * (a - b));
+    vec2 last = from + parallelogram_corner(a, b, 3);
     float area = 0.0;
-    for (int i = 0; i < 4; i++) area += side_integral(corners[i], corners[(i + 1) % 4]);
-    return max(area / cross2(a, b), 0.0);
+    for (uint i = 0; i < (is_needed ? 4 : 0); i++) {
+        vec2 next = from + parallelogram_corner(a, b, i);
+        area += side_integral(last, next);
+        last = next;
+    }
+    return is_needed ? max(area / cross2(a, b), 0.0) : 0.0;
 }
 
 // The triangle around all texels that a blurred triangle touches.

@@ -230,7 +230,7 @@ struct Footprint {
 };
 
 // The light of a landing of chains, in a level of a light map. Let d be the offset from `centre` in texels of the light-map image. The
-// irradiance at d is irradiance * (kernel * kernel_value(flatness, d^T conic d) + share * parallelogram_value(sides.xy, sides.zw, d)).
+// irradiance at d is irradiance * (kernel * kernel_value(flatness, d^T conic d) + share * parallelogram_value(sides.xy, sides.zw, d, true)).
 struct ChainFootprint {
     vec3 conic;      // matrix xx, xy, yy; includes the support radius
     float flatness;  // of the kernel

@@ -13,6 +13,6 @@ layout(location = 0) out vec4 irradiance;
 void main() {
     vec2 d = gl_FragCoord.xy - centre_and_share.xy;
     float value = irradiance_and_kernel.w * kernel_value(conic_and_flatness.w, quadratic2(conic_and_flatness.xyz, d));
-    if (centre_and_share.z > 0.0) value += centre_and_share.z * parallelogram_value(sides.xy, sides.zw, d);
+    value += centre_and_share.z * parallelogram_value(sides.xy, sides.zw, d, centre_and_share.z > 0.0);
     irradiance = vec4(irradiance_and_kernel.rgb * value, 0.0);
 }

@@ -1,8 +1,8 @@
 //! The flux in every light map of every shipped scene, against the reference's.
 
 use crate::common::{
-    Device, assert_error_beyond_noise, assert_physical, flux, footprint, load,
-    load_with_chains, method, moved, only_receiver, options, rect, truth,
+    Device, assert_error_beyond_noise, assert_physical, flux, footprint, load, load_with_chains,
+    method, moved, only_receiver, options, rect, truth,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;

@@ -229,7 +229,10 @@ impl Chains {
         ];
         let finish = compute(&shaders::FINISH_CHAINS_COMP, &own)?;
         let drawn = [("footprints", buffer(&footprints))];
-        let footprint = [&shaders::CHAIN_FOOTPRINT_VERT, &shaders::CHAIN_FOOTPRINT_FRAG];
+        let footprint = [
+            &shaders::CHAIN_FOOTPRINT_VERT,
+            &shaders::CHAIN_FOOTPRINT_FRAG,
+        ];
         let topology = Topology::Triangles;
         let trace = [trace(0)?, trace(1)?];
         let sums = [sums(0)?, sums(1)?];
