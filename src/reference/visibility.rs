@@ -1,6 +1,6 @@
 //! Whether something blocks the light between two points, exactly, in f64.
 
-use glam::{DVec2, DVec3, Vec3A};
+use glam::{DVec2, DVec3, Vec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
@@ -52,12 +52,13 @@ impl Blockers {
         let (low, high) = (corner(DVec3::min), corner(DVec3::max));
         // Where all corners coincide, any finite scale serves.
         let scale = TREE_SIZE / (high - low).max_element().max(f64::MIN_POSITIVE.sqrt());
-        let in_tree = |place: DVec3| ((place - low) * scale).as_vec3a();
-        let margin = Vec3A::splat(TREE_MARGIN as f32);
+        let in_tree = |place: DVec3| ((place - low) * scale).as_vec3();
+        let margin = Vec3::splat(TREE_MARGIN as f32);
+        // As arrays, since the tree may use another version of glam than this crate.
         let boxes: Vec<Aabb> = (corners.iter())
             .map(|&[a, b, c]| Aabb {
-                min: in_tree(a.min(b).min(c)) - margin,
-                max: in_tree(a.max(b).max(c)) + margin,
+                min: (in_tree(a.min(b).min(c)) - margin).to_array().into(),
+                max: (in_tree(a.max(b).max(c)) + margin).to_array().into(),
             })
             .collect();
         let mut time = std::time::Duration::ZERO;
@@ -102,9 +103,9 @@ impl Blockers {
         let start = (origin + begin * direction - self.low) * self.scale - TREE_MARGIN;
         let length = self.in_tree(end - begin);
         // The tree takes −0 for a positive number, but its reciprocal for a negative one; −0 + 0 = 0.
-        let direction = direction.as_vec3a() + Vec3A::ZERO;
-        let ray = Ray::new(start.as_vec3a(), direction, 0.0, length);
-        Some((ray, begin))
+        let direction = direction.as_vec3() + Vec3::ZERO;
+        let [start, direction] = [start.as_vec3(), direction].map(|v| v.to_array().into());
+        Some((Ray::new(start, direction, 0.0, length), begin))
     }
 
     /// A distance in units of the tree, no shorter than it is.
