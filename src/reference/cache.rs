@@ -128,8 +128,9 @@ struct Entry {
     key: Hash,
 }
 
-/// Relative error, samples, received flux, its standard error.
-const HEADER_VALUES: usize = 8;
+/// Values before the maps of an entry: relative error, samples, received flux, its standard error.
+#[doc(hidden)]
+pub const HEADER_VALUES: usize = 8;
 
 type Header = [f64; HEADER_VALUES];
 

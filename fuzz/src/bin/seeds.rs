@@ -9,6 +9,7 @@ use exr::prelude::{
     IntegerBounds, Layer, LayerAttributes, Levels, LineOrder, Vec2, WritableImage, f16,
 };
 use libfuzzer_sys as _; // defines what instrumented code calls
+use nephroid::reference::HEADER_VALUES;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
@@ -330,7 +331,7 @@ fn cache_entries() -> Seeds {
     let values = |count: usize| (0..count).flat_map(|i| (i as f64 * 0.1).to_le_bytes());
     let entry = |width: u8, height: u8, repair: u8| -> Vec<u8> {
         let (w, h) = (usize::from(width) + 1, usize::from(height) + 1);
-        let file = [0; 32].into_iter().chain(values(5 + 6 * w * h));
+        let file = [0; 32].into_iter().chain(values(HEADER_VALUES + 6 * w * h));
         [width, height, repair].into_iter().chain(file).collect()
     };
     vec![
