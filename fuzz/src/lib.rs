@@ -3,7 +3,7 @@
 
 use nephroid::image_file::read_rgb;
 use nephroid::measure::chart::read_peers;
-use nephroid::reference::{HEADER_VALUES, read_cache_entry};
+use nephroid::reference::{cache_entry_bytes, read_cache_entry};
 use nephroid::scene::{Geometry, LightKind, MAX_RADIANCE, load};
 use nephroid::{Error, Result};
 use std::fs;
@@ -177,8 +177,7 @@ impl Inputs {
             _ => 1 << (byte % 14),
         };
         let texels = [side(width), side(height)];
-        let length =
-            32 + 8 * (HEADER_VALUES as u64 + 6 * u64::from(texels[0]) * u64::from(texels[1]));
+        let length = cache_entry_bytes(texels);
         let mut file = file.to_vec();
         if repair & 1 != 0 && length < 1 << 16 {
             file.resize(length as usize, 0);

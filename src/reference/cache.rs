@@ -123,14 +123,20 @@ pub fn read_cache_entry(
     entry.read(texels)
 }
 
+/// Bytes of an entry: a checksum, a header, and two maps of three channels; for the fuzz target and its seeds.
+#[doc(hidden)]
+pub fn cache_entry_bytes([width, height]: [u32; 2]) -> u64 {
+    let texels = u64::from(width) * u64::from(height);
+    blake3::OUT_LEN as u64 + 8 * (HEADER_VALUES as u64 + 6 * texels)
+}
+
 struct Entry {
     file: PathBuf,
     key: Hash,
 }
 
 /// Values before the maps of an entry: relative error, samples, received flux, its standard error.
-#[doc(hidden)]
-pub const HEADER_VALUES: usize = 8;
+const HEADER_VALUES: usize = 8;
 
 type Header = [f64; HEADER_VALUES];
 
@@ -204,12 +210,12 @@ impl Entry {
     /// a light map or a view.
     fn read<T: Kept>(&self, [width, height]: [u32; 2]) -> Result<Option<T>, String> {
         let texels = width as usize * height as usize;
-        let length = blake3::OUT_LEN + 8 * (HEADER_VALUES + 6 * texels);
+        let length = cache_entry_bytes([width, height]);
         let found = match std::fs::metadata(&self.file) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             found => found.map_err(|e| e.to_string())?.len(),
         };
-        if found != length as u64 {
+        if found != length {
             return Err(format!("it has {found} bytes in place of {length}"));
         }
         let content = std::fs::read(&self.file).map_err(|e| e.to_string())?;

@@ -57,7 +57,7 @@ use std::sync::atomic::AtomicBool;
 use trace::LightTracing;
 use visibility::Blockers;
 
-pub use cache::{Cached, HEADER_VALUES, cached_caustic, cached_view, read_cache_entry};
+pub use cache::{Cached, cache_entry_bytes, cached_caustic, cached_view, read_cache_entry};
 pub use estimate::{Map, REPLICATES};
 pub use flux::{FluxReference, flux_balance};
 pub use rounds::{Options, Progress};

@@ -9,7 +9,7 @@ use exr::prelude::{
     IntegerBounds, Layer, LayerAttributes, Levels, LineOrder, Vec2, WritableImage, f16,
 };
 use libfuzzer_sys as _; // defines what instrumented code calls
-use nephroid::reference::HEADER_VALUES;
+use nephroid::reference::cache_entry_bytes;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
@@ -328,10 +328,10 @@ fn peers() -> Seeds {
 
 /// In the form that the target takes: sides, what to repair, then the file.
 fn cache_entries() -> Seeds {
-    let values = |count: usize| (0..count).flat_map(|i| (i as f64 * 0.1).to_le_bytes());
     let entry = |width: u8, height: u8, repair: u8| -> Vec<u8> {
-        let (w, h) = (usize::from(width) + 1, usize::from(height) + 1);
-        let file = [0; 32].into_iter().chain(values(HEADER_VALUES + 6 * w * h));
+        let length = cache_entry_bytes([width, height].map(|side| u32::from(side) + 1));
+        let values = (0..(length - 32) / 8).flat_map(|i| (i as f64 * 0.1).to_le_bytes());
+        let file = [0; 32].into_iter().chain(values);
         [width, height, repair].into_iter().chain(file).collect()
     };
     vec![
