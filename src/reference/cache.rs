@@ -123,7 +123,7 @@ pub fn read_cache_entry(
     entry.read(texels)
 }
 
-/// Bytes of an entry: a checksum, a header, and two maps of three channels; for the fuzz target and its seeds.
+/// Bytes of an entry: a checksum, a header, and two maps of three channels. Public for the fuzz target and its seeds.
 #[doc(hidden)]
 pub fn cache_entry_bytes([width, height]: [u32; 2]) -> u64 {
     let texels = u64::from(width) * u64::from(height);
