@@ -1,18 +1,29 @@
 // A triangle that is blurred by a parallelogram, in coordinates in which that is the unit square.
 
-// The integral over y from 0 to 1 of x, clamped to 0 to 1, along the side from a to b; negative where the side runs
-// toward -y. The sum over three sides is the area within the unit square (Green's theorem).
-float side_integral(vec2 a, vec2 b) {
-    // Always in the same direction, so that two triangles with a common side compute the same value.
+// A side, always in the same direction, so that two triangles with a common side compute the same value.
+struct Side {
+    vec2 low;
+    vec2 high;
+    float slope;
+    bool forward; // whether it ran toward +y
+};
+
+Side side_between(vec2 a, vec2 b) {
     bool forward = a.y < b.y;
     vec2 low = forward ? a : b;
     vec2 high = forward ? b : a;
+    return Side(low, high, (high.x - low.x) / (high.y - low.y), forward);
+}
+
+// The integral over y from 0 to 1 of x, clamped to 0 to 1, along the side, seen from `origin`; negative where the side ran toward
+// -y. The sum over three sides is the area within the unit square (Green's theorem).
+float side_integral(Side side, vec2 origin) {
+    vec2 low = side.low - origin;
     float y0 = clamp(low.y, 0.0, 1.0);
-    float y1 = clamp(high.y, 0.0, 1.0);
+    float y1 = clamp(side.high.y - origin.y, 0.0, 1.0);
     if (y0 >= y1) return 0.0;
-    float slope = (high.x - low.x) / (high.y - low.y);
-    float first = low.x + (y0 - low.y) * slope;
-    float last = low.x + (y1 - low.y) * slope;
+    float first = low.x + (y0 - low.y) * side.slope;
+    float last = low.x + (y1 - low.y) * side.slope;
     float x0 = min(first, last);
     float x1 = max(first, last);
     float c0 = clamp(x0, 0.0, 1.0);
@@ -20,12 +31,13 @@ float side_integral(vec2 a, vec2 b) {
     // Mean of the clamped x between x0 and x1: the part within 0 to 1, and the part above 1.
     float mean = c0;
     if (x1 - x0 > 1e-6) mean = (0.5 * (c1 - c0) * (c1 + c0) + max(x1 - max(x0, 1.0), 0.0)) / (x1 - x0);
-    return (forward ? y1 - y0 : y0 - y1) * mean;
+    return (side.forward ? y1 - y0 : y0 - y1) * mean;
 }
 
-// Share of the unit square around the origin that the triangle between a, b and c covers.
-float share_in_square(vec2 a, vec2 b, vec2 c) {
-    return clamp(side_integral(a + 0.5, b + 0.5) + side_integral(b + 0.5, c + 0.5) + side_integral(c + 0.5, a + 0.5), 0.0, 1.0);
+// Share of the unit square around `centre` that lies between the sides of a triangle.
+float share_in_square(Side sides[3], vec2 centre) {
+    vec2 origin = centre - 0.5;
+    return clamp(side_integral(sides[0], origin) + side_integral(sides[1], origin) + side_integral(sides[2], origin), 0.0, 1.0);
 }
 
 // Corner `i` of a parallelogram around the origin with these sides.
@@ -41,26 +53,8 @@ float parallelogram_value(vec2 a, vec2 b, vec2 d, bool is_needed) {
     float area = 0.0;
     for (uint i = 0; i < (is_needed ? 4 : 0); i++) {
         vec2 next = from + parallelogram_corner(a, b, i);
-        area += side_integral(last, next);
+        area += side_integral(side_between(last, next), vec2(0.0));
         last = next;
     }
     return is_needed ? max(area / cross2(a, b), 0.0) : 0.0;
-}
-
-// The triangle around all texels that a blurred triangle touches.
-
-// Half the width of the unit square along the unit vector n, and somewhat more: rasterisation rounds.
-float support(vec2 n) {
-    return 0.5 * (abs(n.x) + abs(n.y)) + 0.01;
-}
-
-// Corner `i` of the triangle q with every side moved outward by the unit square that blurs it. q is counter-clockwise.
-vec2 outer_corner(vec2 q[3], int i) {
-    vec2 before = q[i] - q[(i + 2) % 3];
-    vec2 after = q[(i + 1) % 3] - q[i];
-    vec2 m = normalize(vec2(before.y, -before.x));
-    vec2 n = normalize(vec2(after.y, -after.x));
-    // The point where both moved sides meet.
-    vec2 s = vec2(support(m), support(n));
-    return q[i] + vec2(s.x * n.y - s.y * m.y, s.y * m.x - s.x * n.x) / cross2(m, n);
 }

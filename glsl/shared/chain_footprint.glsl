@@ -34,12 +34,10 @@ const float WHOLLY_KERNEL = 0.5;
 // Smallest side of a parallelogram, texels, and what its bounds are wider: rasterisation rounds.
 const float SMALLEST_SIDE = 0.02;
 
-// A root of the covariance m m^T + l l^T + isotropic that is near m where the others are small: the symmetric root (Levinger 1980) times
-// the rotation of m's polar decomposition.
+// A root of the covariance m m^T + l l^T + isotropic that is near m where the others are small: the symmetric root times the rotation
+// of m's polar decomposition.
 mat2 root_near(mat2 m, mat2 l, float isotropic) {
-    vec3 c = covariance_of(m) + covariance_of(l) + isotropic * vec3(1.0, 0.0, 1.0);
-    float root = sqrt(max(c.x * c.z - c.y * c.y, 0.0));
-    mat2 symmetric = mat2(c.x + root, c.y, c.y, c.z + root) * inversesqrt(c.x + c.z + 2.0 * root);
+    mat2 symmetric = symmetric_root(covariance_of(m) + covariance_of(l) + isotropic * vec3(1.0, 0.0, 1.0));
     float sense = determinant(m) < 0.0 ? -1.0 : 1.0;
     vec2 axis = m[0] + sense * vec2(m[1].y, -m[1].x);
     axis = dot(axis, axis) > 0.0 ? normalize(axis) : vec2(1.0, 0.0);

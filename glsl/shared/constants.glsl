@@ -137,17 +137,16 @@ const int PARTS_SHIFT = 8;
 const int MIXED_SHIFT = 10;
 const int CLIPPED_SHIFT = 11;
 const int PIECES_SHIFT = 12;
-// Height of an image over the blur below which a kernel may stand for it.
-const float KERNEL_HEIGHT = 0.3;
-// Variance of a light's image below which a texel alone gives the profile, texels^2.
-const float LEAST_DISC = 0.01;
+// Height of an image over the blur below which it may be thin: see project_triangles.comp.
+const float THIN_HEIGHT = 0.3;
 // Largest number of pieces that a light's disc is divided into.
 const uint MAX_PIECES = 16;
 // Triangles of a receiver's whole flux over the number of patches, beyond four for each patch.
 const float MAX_TRIANGLES_PER_PATCH = 24.0;
 // `TriangleSplat.upper` of a splat that is drawn as the triangle around it, not as a rectangle.
 const float AS_TRIANGLE = -1.0;
-// `TriangleSplat.density0` of a kernel.
+// `TriangleSplat.points` of a triangle that a parallelogram blurs, and of a kernel.
+const float IS_BLURRED = 0.0;
 const float IS_KERNEL = -1.0;
 // Largest number of patches along an edge of a facet, and of triangles along an edge of a patch's image.
 const uint MAX_PATCH_DIVISION = 1024;

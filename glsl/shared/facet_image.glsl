@@ -19,14 +19,6 @@ struct CellImage {
     bool is_lit;       // whether some of them do, and all corners send light
 };
 
-// Sides of a parallelogram with the covariance m.
-mat2 blur_box(vec3 m) {
-    // The symmetric root of a 2 x 2 matrix (Levinger 1980). It tends to the texel itself where the disc is small.
-    float root = sqrt(m.x * m.z - m.y * m.y);
-    m = (m + root * vec3(1.0, 0.0, 1.0)) * (sqrt(12.0) * inversesqrt(m.x + m.z + 2.0 * root));
-    return mat2(m.xy, m.yz);
-}
-
 // The rays that leave a cell.
 struct CellRays {
     OutgoingRay corners[3];

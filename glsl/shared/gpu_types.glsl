@@ -334,18 +334,19 @@ struct ReceiverShare {
     uint pieces;       // of the light's disc for facets that show their outline
 };
 
-// The image of a part of a patch on a planar receiver under a narrow light: a triangle, blurred by the parallelogram
-// that stands for a texel and the light's disc, or a kernel where the triangle is thin. Positions are in texels of the
-// light-map image, relative to `lower`.
+// The image of a part of a patch on a planar receiver: a triangle, blurred by the parallelogram that stands for a texel and the light's
+// disc. Where it is thin, it is blurred by a texel and by points that stand for the disc, or it is a kernel. Positions are in texels of
+// the light-map image, relative to `origin`.
 struct TriangleSplat {
-    vec4 to_box;     // matrix from texels to multiples of the parallelogram's sides, by columns; kernel: conic, flatness
-    vec4 corners01;  // corners in these multiples, counter-clockwise: cross2 > 0
+    vec4 blur;       // root of the disc's covariance, by columns; IS_BLURRED: matrix from texels to multiples of the parallelogram's
+                     // sides; IS_KERNEL: conic, flatness
+    vec4 corners01;  // corners in texels or in these multiples, counter-clockwise: cross2 > 0
     vec2 corner2;
     vec2 density12;  // relative irradiance at the second and third corner; the mean over the corners is 1
     vec3 irradiance; // W/m^2
-    float density0;  // that at the first corner; IS_KERNEL: a kernel
+    float points;    // that stand for the disc, 1 or DISC_POINTS; or IS_BLURRED or IS_KERNEL
     vec2 lower;      // bounds of the texels that the triangle may touch
-    vec2 upper;      // AS_TRIANGLE: the bounds are the triangle in blurred_triangle.glsl
+    vec2 upper;      // AS_TRIANGLE: the bounds are the triangle in outer_corner.glsl
     vec2 origin;     // of the corners and the conic, in texels
     vec2 slant;      // perspective about the origin: see slant_of()
 };

@@ -1,5 +1,9 @@
 // The kernel that spreads the flux of a patch. Covariances are stored as (xx, xy, yy).
 
+// Four points stand for a narrow disc, at this distance in both directions of the columns of the covariance's symmetric root.
+const float DISC_POINTS = 4.0;
+const float POINT_DISTANCE = sqrt(2.0);
+
 vec3 outer2(vec2 v) {
     return vec3(v.x * v.x, v.x * v.y, v.y * v.y);
 }
@@ -7,6 +11,18 @@ vec3 outer2(vec2 v) {
 // R R^T of a root R.
 vec3 covariance_of(mat2 root) {
     return outer2(root[0]) + outer2(root[1]);
+}
+
+// The symmetric root of a covariance (Levinger 1980).
+mat2 symmetric_root(vec3 m) {
+    float root = sqrt(max(m.x * m.z - m.y * m.y, 0.0));
+    m = (m + root * vec3(1.0, 0.0, 1.0)) * inversesqrt(max(m.x + m.z + 2.0 * root, 1e-12));
+    return mat2(m.xy, m.yz);
+}
+
+// Sides of a parallelogram with the covariance m. It tends to the texel itself where the disc is small.
+mat2 blur_box(vec3 m) {
+    return sqrt(12.0) * symmetric_root(m);
 }
 
 float cross2(vec2 a, vec2 b) {

@@ -4,27 +4,26 @@
 #include "gpu_types.glsl"
 #include "quad.glsl"
 #include "kernel.glsl"
-#include "blurred_triangle.glsl"
+#include "outer_corner.glsl"
 
 TRIANGLE_SPLATS(0)
-layout(location = 0) out flat vec4 to_box;
+layout(location = 0) out flat vec4 blur;
 layout(location = 1) out flat vec4 corners01;
 layout(location = 2) out flat vec4 corner2_density12;
-layout(location = 3) out flat vec4 irradiance_density0;
+layout(location = 3) out flat vec4 irradiance_points;
 layout(location = 4) out flat vec4 origin_slant;
 
 void main() {
     TriangleSplat splat = triangle_splat_at(gl_VertexIndex / 4);
-    to_box = splat.to_box;
+    blur = splat.blur;
     corners01 = splat.corners01;
     corner2_density12 = vec4(splat.corner2, splat.density12);
-    irradiance_density0 = vec4(splat.irradiance, splat.density0);
+    irradiance_points = vec4(splat.irradiance, splat.points);
     origin_slant = vec4(splat.origin, splat.slant);
     vec2 at = quad_corner(splat.lower, splat.upper);
     if (splat.upper.x == AS_TRIANGLE) {
-        vec2 q[3] = vec2[](splat.corners01.xy, splat.corners01.zw, splat.corner2);
         // The second triangle of the quad is empty.
-        at = splat.lower + inverse(mat2(splat.to_box.xy, splat.to_box.zw)) * outer_corner(q, min(gl_VertexIndex % 4, 2));
+        at = splat.lower + outer_corner(splat, min(gl_VertexIndex % 4, 2));
     }
     gl_Position = clip_position(at);
 }

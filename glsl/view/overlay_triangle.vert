@@ -6,28 +6,27 @@
 TRIANGLE_SPLATS(0)
 PLANAR_RECEIVERS(1)
 layout(location = 0) out vec2 place;        // from the splat's origin, texels
-layout(location = 1) out flat vec4 to_box;
+layout(location = 1) out flat vec4 blur;
 layout(location = 2) out flat vec4 corners01;
 layout(location = 3) out flat vec4 corner2_slant;
-layout(location = 4) out flat float density0;
+layout(location = 4) out flat float points;
 
 #include "overlay.glsl"
 #include "kernel.glsl"
-#include "blurred_triangle.glsl"
+#include "outer_corner.glsl"
 #include "planar_receiver.glsl"
 #include "light_map_place.glsl"
 
 void main() {
     TriangleSplat splat = triangle_splat_at(gl_VertexIndex / 4);
-    to_box = splat.to_box;
+    blur = splat.blur;
     corners01 = splat.corners01;
     corner2_slant = vec4(splat.corner2, splat.slant);
-    density0 = splat.density0;
+    points = splat.points;
     // As triangle.vert draws it.
     vec2 at = mix(splat.lower, splat.upper, vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1 & 1));
     if (splat.upper.x == AS_TRIANGLE) {
-        vec2 q[3] = vec2[](splat.corners01.xy, splat.corners01.zw, splat.corner2);
-        at = splat.lower + inverse(mat2(splat.to_box.xy, splat.to_box.zw)) * outer_corner(q, min(gl_VertexIndex % 4, 2));
+        at = splat.lower + outer_corner(splat, min(gl_VertexIndex % 4, 2));
     }
     place = at - splat.origin;
     gl_Position = splat.lower == splat.upper ? NOWHERE : seen_on_receiver(at, splat.lower + 0.5);

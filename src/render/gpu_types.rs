@@ -97,8 +97,8 @@ mirrors! {
     FacetImage { flux: f32, deviation_longest: u32, height_blur: u32, outline: u32, }
     ReceiverShare { flux: f32, patch_share: f32, error: f32, is_limited: u32, pieces: u32, }
     TriangleSplat {
-        to_box: Vec4, corners01: Vec4, corner2: Vec2, density12: Vec2,
-        irradiance: Vec3, density0: f32, lower: Vec2, upper: Vec2, origin: Vec2, slant: Vec2,
+        blur: Vec4, corners01: Vec4, corner2: Vec2, density12: Vec2,
+        irradiance: Vec3, points: f32, lower: Vec2, upper: Vec2, origin: Vec2, slant: Vec2,
     }
     ChainLattice {
         origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
