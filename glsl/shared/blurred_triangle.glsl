@@ -1,4 +1,5 @@
-// A triangle that is blurred by a parallelogram, in coordinates in which that is the unit square.
+// A triangle that is blurred by unit squares: by a texel around each of several points, or, in coordinates in which it is the unit square, by
+// a parallelogram.
 
 // A side, always in the same direction, so that two triangles with a common side compute the same value.
 struct Side {

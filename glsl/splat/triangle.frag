@@ -22,7 +22,7 @@ float triangle_value(vec2 at, float points) {
     vec2 b = corners01.zw - centre;
     vec2 c = corner2_density12.xy - centre;
     Side sides[3] = Side[](side_between(a, b), side_between(b, c), side_between(c, a));
-    // Points on both sides of the columns. Without points, one square around the centre.
+    // The points are at -1 and +1 times `to_point` along both columns. Without points, there is one square around the centre.
     float shares = 0.0;
     float squares = max(points, 1.0);
     float to_point = points > 1.0 ? POINT_DISTANCE : 0.0;
