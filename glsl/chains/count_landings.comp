@@ -21,6 +21,7 @@ layout(std430, binding = 9) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]
 #include "optics.glsl"
 #include "media.glsl"
 #include "planar_receiver.glsl"
+#include "kernel.glsl"
 #include "chain_ray.glsl"
 #include "chain.glsl"
 #include "light_beam.glsl"

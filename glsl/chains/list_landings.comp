@@ -24,6 +24,7 @@ LIGHTS(12)
 #include "optics.glsl"
 #include "media.glsl"
 #include "planar_receiver.glsl"
+#include "kernel.glsl"
 #include "chain_ray.glsl"
 #include "chain.glsl"
 #include "spectrum.glsl"

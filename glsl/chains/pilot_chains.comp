@@ -24,6 +24,7 @@ layout(std430, binding = 9) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"
+#include "kernel.glsl"
 #include "chain_ray.glsl"
 #include "light_axes.glsl"
 #include "chain.glsl"

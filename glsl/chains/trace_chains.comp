@@ -34,6 +34,7 @@ layout(std430, binding = 19) readonly buffer Cells { uint ray_cells[]; };       
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"
+#include "kernel.glsl"
 #include "chain_ray.glsl"
 #include "light_axes.glsl"
 #include "chain.glsl"

@@ -1,6 +1,8 @@
 // Chains as light of a lattice: one central ray with its first-order changes (ray differentials, Igehy 1999).
 //
-// The including shader declares `push`, and includes chain_ray.glsl.
+// The including shader declares `push`, and includes chain_ray.glsl and planar_receiver.glsl.
+
+#include "perspective.glsl"
 
 // Squared support radius of the sharpest kernel of a curved patch.
 const float CHAIN_SUPPORT = 2.0 * (SHARPEST_CURVED + 2.0);
@@ -79,6 +81,7 @@ struct Landing {
     mat2 of_light;
     vec3 band;        // see band_of()
     vec2 of_spectrum; // change over the spectrum, texels
+    vec2 slant;       // see slant_of(); 0 where perspective does not show
 };
 
 // Maximum number of footprints of a landing, each of a part of its band.
@@ -98,6 +101,21 @@ float dispersion_of(Landing landing) {
 // Parts of the band, each no wider than the footprint's standard deviation.
 uint parts_of(Landing landing) {
     return uint(clamp(ceil(dispersion_of(landing)), 1.0, MAX_PARTS));
+}
+
+// The slant of a landing with this covariance. slant.d is the linear function of the place that is nearest, over the cell and the light, to
+// the relative change of the direction's part across the plane. For light from a point, which may lie behind the surface, it is
+// slant_of() with the distance of that point. The slant is 0 where perspective does not show.
+vec2 slant_of(PlanarReceiver receiver, vec3 r, Changes changes, Landing landing, vec3 covariance) {
+    vec2 sum = vec2(0.0);
+    for (int i = 0; i < 2; i++) {
+        sum += sqrt(push.spread) * dot(changes.direction[i], receiver.normal) * landing.of_cell[i];
+        sum += dot(changes.direction[i + 2], receiver.normal) * landing.of_light[i];
+    }
+    vec2 of_sum = vec2(covariance.z * sum.x - covariance.y * sum.y, covariance.x * sum.y - covariance.y * sum.x);
+    vec2 slant = -of_sum / ((covariance.x * covariance.z - covariance.y * covariance.y) * dot(r, receiver.normal));
+    if (!(quadratic2(covariance, slant) > LEAST_PERSPECTIVE * LEAST_PERSPECTIVE)) return vec2(0.0);
+    return slant * min(LARGEST_SLANT / length(slant), 1.0);
 }
 
 // Returns false where the receiver gets none of it. Light that passes the edge of the receiver that the ray meets may land on
@@ -123,9 +141,10 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
     vec2 first = (landing.band.x - landing.band.z) * landing.of_spectrum;
     vec2 last = first + landing.band.y * landing.of_spectrum;
     landing.of_cell *= sqrt(push.spread);
-    vec2 variance = landing.of_cell[0] * landing.of_cell[0] + landing.of_cell[1] * landing.of_cell[1]
-        + landing.of_light[0] * landing.of_light[0] + landing.of_light[1] * landing.of_light[1] + 1.0 / 12.0;
-    vec2 reach = sqrt(CHAIN_SUPPORT * variance);
-    return all(lessThan(max(reach, abs(landing.of_spectrum)), vec2(1e6))) && all(greaterThan(landing.centre + max(first, last) + reach, low))
-        && all(lessThan(landing.centre + min(first, last) - reach, high));
+    vec3 covariance = covariance_of(landing.of_cell) + covariance_of(landing.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
+    landing.slant = slant_of(receiver, r, changes, landing, covariance);
+    vec4 reach = extent_of(CHAIN_SUPPORT * covariance, -landing.slant);
+    return all(lessThan(max(sqrt(CHAIN_SUPPORT * covariance.xz), abs(landing.of_spectrum)), vec2(1e6)))
+        && all(greaterThan(landing.centre + max(first, last) + reach.zw, low))
+        && all(lessThan(landing.centre + min(first, last) + reach.xy, high));
 }

@@ -4,7 +4,7 @@
 // A footprint without extent.
 ChainFootprint no_footprint() {
     vec2 zero = vec2(0.0);
-    return ChainFootprint(vec3(0.0), 0.0, vec3(0.0), 0.0, vec4(0.0), zero, zero, zero, 0.0, 0.0);
+    return ChainFootprint(vec3(0.0), 0.0, vec3(0.0), 0.0, vec4(0.0), zero, zero, zero, 0.0, 0);
 }
 
 // A root of the covariance m m^T + d d^T, by Cholesky's decomposition.
@@ -62,12 +62,13 @@ ChainFootprint footprint_of(Landing landing, vec3 flux, PlanarReceiver receiver,
     float share = clamp((WHOLLY_KERNEL - own.x - own.z) / (WHOLLY_KERNEL - WHOLLY_PARALLELOGRAM), 0.0, 1.0);
     mat2 cell = landing.of_cell / sqrt(12.0 * push.spread);
     mat2 sides = sqrt(12.0) * root_near(cell, landing.of_light, SMALLEST_SIDE * SMALLEST_SIDE / 12.0);
-    vec2 half_size = share < 1.0 ? here.half_size : vec2(0.0);
-    if (share > 0.0) half_size = max(half_size, 0.5 * (abs(sides[0]) + abs(sides[1])) + 0.5 + SMALLEST_SIDE);
-    vec2 low = clamp(here.centre - half_size, here.tile_low, here.tile_high);
-    vec2 high = clamp(here.centre + half_size, here.tile_low, here.tile_high);
+    vec2 slant = landing.slant / here.scale;
+    vec4 extent = share < 1.0 ? extent_of(kernel.profile.support * kernel.covariance, -slant) : vec4(0.0);
+    vec2 half_size = share > 0.0 ? 0.5 * (abs(sides[0]) + abs(sides[1])) + 0.5 + SMALLEST_SIDE : vec2(0.0);
+    vec2 low = clamp(here.centre + min(extent.xy, -half_size), here.tile_low, here.tile_high);
+    vec2 high = clamp(here.centre + max(extent.zw, half_size), here.tile_low, here.tile_high);
     if (!(kernel.determinant > 0.0)) high = low;
     vec3 irradiance = flux * (here.scale * here.scale / texel_area(receiver));
     return ChainFootprint(conic_of(kernel), kernel.profile.flatness, irradiance, (1.0 - share) * peak, vec4(sides[0], sides[1]), here.centre,
-        low, high, share, 0.0);
+        low, high, share, packHalf2x16(slant));
 }

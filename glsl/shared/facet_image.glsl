@@ -2,6 +2,7 @@
 // the light's disc and the texel blur it. The including shader includes facet.glsl and kernel.glsl.
 
 #include "light_axes.glsl"
+#include "perspective.glsl"
 
 // The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
 layout(constant_id = ID_BEAMS) const bool BEAMS = false;
@@ -42,13 +43,9 @@ CellRays rays_of(Surface surface, Cell cell, Light light, float eta) {
     return rays;
 }
 
-// Standard deviation of the disc's perspective, 1 / (1 - slant.d), above which its image is not an ellipse: that of the
-// sun is 0.01 where its light descends by 13 degrees.
-const float LEAST_PERSPECTIVE = 0.01;
-// Largest perspective of the whole image over that of the disc, and of a texel, with which the disc's perspective counts: the
-// corners of a longer image have perspective themselves, and a texel has none.
+// Largest perspective of the whole image over that of the disc with which the disc's perspective counts: the corners of a longer image
+// have perspective themselves.
 const float LARGEST_IMAGE = 2.0;
-const float LARGEST_SLANT = 0.25;
 
 // Whether perspective shapes the image of the disc: where light nearly grazes the plane, the far side is longer.
 bool has_perspective(CellImage image) {
@@ -56,36 +53,6 @@ bool has_perspective(CellImage image) {
     float longest = 0.0;
     for (int i = 0; i < 3; i++) longest = max(longest, abs(dot(image.slant, image.corners[i] - image.midpoints[1])));
     return deviation > LEAST_PERSPECTIVE && longest < min(LARGEST_IMAGE * deviation, 0.5) && length(image.slant) < LARGEST_SLANT;
-}
-
-// Where the place d, relative to midpoint 12, would be without perspective.
-vec2 without_perspective(vec2 slant, vec2 d) {
-    return d / (1.0 + dot(slant, d));
-}
-
-// Adds perspective to the rectangle from `low` to `high`, relative to midpoint 12. Where some of its rays never meet the plane,
-// it becomes the whole of `tile`, or empty if the others miss that. Both sizes and `tile`, low and high, are relative to
-// midpoint 12, too.
-void add_perspective(vec2 slant, vec4 tile, inout vec2 low, inout vec2 high) {
-    vec2 nearest = mix(high, low, greaterThan(slant, vec2(0.0)));
-    vec2 farthest = mix(low, high, greaterThan(slant, vec2(0.0)));
-    float most = dot(slant, farthest);
-    if (most > 0.9) {
-        float least = dot(slant, nearest);
-        vec2 last = mix(tile.xy, tile.zw, greaterThan(slant, vec2(0.0)));
-        bool is_missed = dot(slant, last) < least / (1.0 - least);
-        low = is_missed ? vec2(1e9) : tile.xy;
-        high = is_missed ? vec2(1e9) : tile.zw;
-        return;
-    }
-    vec2 corners[4] = vec2[](low, vec2(high.x, low.y), high, vec2(low.x, high.y));
-    low = vec2(1e9);
-    high = vec2(-1e9);
-    for (int i = 0; i < 4; i++) {
-        vec2 corner = corners[i] / (1.0 - dot(slant, corners[i]));
-        low = min(low, corner);
-        high = max(high, corner);
-    }
 }
 
 CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver) {

@@ -241,7 +241,7 @@ struct ChainFootprint {
     vec2 lower;      // bounds in the light-map image, texels
     vec2 upper;
     float share;     // of the light in the parallelogram
-    float unused;
+    uint slant;      // of the kernel, as two halfs: see slant_of()
 };
 
 // The image that a patch projects of an environment cell onto a planar receiver. Let s be the distance from the patch to

@@ -33,12 +33,6 @@ vec2 landing_change(PlanarReceiver receiver, vec3 r, vec3 change) {
     return texel_direction(receiver, change - r * (dot(change, receiver.normal) / dot(r, receiver.normal)));
 }
 
-// A ray of direction r meets the plane after `distance_`, m. To first order a ray beside it meets the plane at d, in texels
-// from there, and with perspective at d / (1 - slant.d).
-vec2 slant_of(PlanarReceiver receiver, vec3 r, float distance_) {
-    return vec2(dot(r, receiver.edge_u) / float(receiver.width), -dot(r, receiver.edge_v) / float(receiver.height)) / distance_;
-}
-
 // Area of a texel, m^2.
 float texel_area(PlanarReceiver receiver) {
     return length(cross(receiver.edge_u, receiver.edge_v)) / float(receiver.width * receiver.height);

@@ -26,6 +26,7 @@ CLUSTER_STARTS_OF(12)
 #include "optics.glsl"
 #include "planar_receiver.glsl"
 #include "kernel_fit.glsl"
+#include "perspective.glsl"
 #include "level_kernel.glsl"
 #include "flux.glsl"
 #include "above.glsl"
@@ -35,24 +36,6 @@ CLUSTER_STARTS_OF(12)
 
 // A footprint that subtends less than this angle, rad, spreads its flux evenly on the plane instead of over directions.
 const float MAX_PLANAR_ANGLE = 0.05;
-
-// Bounds of the plane's region that the rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) relative to
-// the centre. A ray meets the plane at d to first order, and at d / (1 + g.d) with perspective.
-vec4 extent_of(vec3 m, vec2 g) {
-    float gg = quadratic2(m, g);
-    vec2 mg = vec2(m.x * g.x + m.y * g.y, m.y * g.x + m.z * g.y);
-    vec2 discriminant = mg * mg + (1.0 - gg) * m.xz;
-    vec2 root = sqrt(max(discriminant, 0.0));
-    vec2 a = (-mg - root) / (1.0 - gg);
-    vec2 b = (-mg + root) / (1.0 - gg);
-    if (gg < 1.0) return vec4(a, b);
-    // Some rays never meet the plane, and the region is unbounded.
-    vec2 nearest = mg / (sqrt(gg) * (1.0 + sqrt(gg)));
-    vec2 low = mix(vec2(-FAR), max(a, b), greaterThanEqual(nearest, max(a, b)));
-    vec2 high = mix(vec2(FAR), min(a, b), lessThanEqual(nearest, min(a, b)));
-    bvec2 all_ = lessThan(discriminant, vec2(0.0));
-    return vec4(mix(low, vec2(-FAR), all_), mix(high, vec2(FAR), all_));
-}
 
 // Share of a kernel of the variance `variance` that is above -1 (evaluated for the profile (1 - x^2)^2).
 float landing_share(float variance) {

@@ -7,16 +7,19 @@ layout(std430, binding = 0) readonly buffer Footprints { ChainFootprint footprin
 PLANAR_RECEIVERS(1)
 layout(location = 0) out vec2 place;        // from the centre, texels
 layout(location = 1) out flat vec4 conic_and_flatness;
-layout(location = 2) out flat vec4 slant_and_bulge;
+layout(location = 2) out flat vec2 slant;
+layout(location = 3) out flat vec3 bulge;   // matrix xx, xy, yy
 
 #include "overlay.glsl"
 #include "planar_receiver.glsl"
+#include "kernel.glsl"
 #include "light_map_place.glsl"
 
 void main() {
     ChainFootprint footprint = footprints[gl_VertexIndex / 4];
     conic_and_flatness = vec4(footprint.conic, footprint.flatness);
-    slant_and_bulge = vec4(0.0);
+    slant = unpackHalf2x16(footprint.slant);
+    bulge = outer2(slant);
     vec2 at = mix(footprint.lower, footprint.upper, vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1 & 1));
     place = at - footprint.centre;
     gl_Position = gl_VertexIndex / 4 % push.every == 0 ? seen_on_receiver(at, footprint.lower + 0.5) : NOWHERE;

@@ -76,7 +76,7 @@ mirrors! {
     }
     ChainFootprint {
         conic: Vec3, flatness: f32, irradiance: Vec3, kernel: f32, sides: Vec4, centre: Vec2, lower: Vec2, upper: Vec2,
-        share: f32, unused: f32,
+        share: f32, slant: u32,
     }
     PinholeImage {
         foot: Vec2, lower: Vec2, upper: Vec2, size: Vec2,

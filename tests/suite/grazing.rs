@@ -93,17 +93,65 @@ fn exact(scene: &Scene) -> RgbImage {
     }
 }
 
+fn sum(map: &RgbImage) -> f64 {
+    map.pixels.iter().map(|rgb| f64::from(rgb[0])).sum()
+}
+
 /// Without perspective, L1 is 0.2.
 #[test]
 fn the_disc_is_drawn_in_perspective() {
     let device = Device::open();
     let truth = exact(&scene());
     let map = device.caustic(&scene(), "floor", &Settings::default());
-    let sum = |map: &RgbImage| map.pixels.iter().map(|rgb| f64::from(rgb[0])).sum::<f64>();
     let energy = sum(&map) / sum(&truth) - 1.0;
     assert!(energy.abs() < 0.01, "energy {energy}");
     let moved = shifted_by_a_texel(scene(), "floor");
     let error = l1(&map, &truth);
+    let of_moved = l1(
+        &device.caustic(&moved, "floor", &Settings::default()),
+        &truth,
+    );
+    assert_error("L1", 0.1, error, of_moved);
+}
+
+/// A second mirror, 1 m before the first, turns the light back, and the floor is mirrored, too, so that it gets the same light.
+fn scene_with_chain() -> Scene {
+    let mut scene = scene();
+    scene.max_interfaces = 2;
+    let mut second = object_mut(&mut scene, "mirror").clone();
+    second.name = "second mirror".into();
+    second.geometry = Geometry::Rect(Rect {
+        origin: DVec3::new(0.5, 0.0, 1.0),
+        edge_u: DVec3::NEG_X,
+        edge_v: 0.38 * DVec3::Y,
+    });
+    scene.objects.push(second);
+    object_mut(&mut scene, "floor").geometry = Geometry::Rect(Rect {
+        origin: DVec3::new(0.5, 0.0, -1.0),
+        edge_u: DVec3::NEG_X,
+        edge_v: 2.0 * DVec3::Z,
+    });
+    scene
+}
+
+/// Without perspective, L1 is 0.2, too.
+#[test]
+fn landings_of_chains_are_drawn_in_perspective() {
+    let device = Device::open();
+    let mut truth = exact(&scene());
+    let MaterialKind::Mirror { reflectance } = scene().materials[0].kind else {
+        panic!("a mirror")
+    };
+    for pixel in &mut truth.pixels {
+        for (channel, reflectance) in pixel.iter_mut().zip(reflectance.to_array()) {
+            *channel *= reflectance as f32;
+        }
+    }
+    let map = device.caustic(&scene_with_chain(), "floor", &Settings::default());
+    let energy = sum(&map) / sum(&truth) - 1.0;
+    let error = l1(&map, &truth);
+    assert!(energy.abs() < 0.01, "energy {energy}");
+    let moved = shifted_by_a_texel(scene_with_chain(), "floor");
     let of_moved = l1(
         &device.caustic(&moved, "floor", &Settings::default()),
         &truth,
