@@ -63,7 +63,7 @@ ChainFootprint footprint_of(Landing landing, vec3 flux, PlanarReceiver receiver,
     mat2 cell = landing.of_cell / sqrt(12.0 * push.spread);
     mat2 sides = sqrt(12.0) * root_near(cell, landing.of_light, SMALLEST_SIDE * SMALLEST_SIDE / 12.0);
     vec2 slant = landing.slant / here.scale;
-    vec4 extent = share < 1.0 ? extent_of(kernel.profile.support * kernel.covariance, -slant) : vec4(0.0);
+    vec4 extent = share < 1.0 ? near_extent_of(kernel.profile.support * kernel.covariance, slant) : vec4(0.0);
     vec2 half_size = share > 0.0 ? 0.5 * (abs(sides[0]) + abs(sides[1])) + 0.5 + SMALLEST_SIDE : vec2(0.0);
     vec2 low = clamp(here.centre + min(extent.xy, -half_size), here.tile_low, here.tile_high);
     vec2 high = clamp(here.centre + max(extent.zw, half_size), here.tile_low, here.tile_high);

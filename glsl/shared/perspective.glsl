@@ -60,3 +60,20 @@ vec4 extent_of(vec3 m, vec2 g) {
     bvec2 all_ = lessThan(discriminant, vec2(0.0));
     return vec4(mix(low, vec2(-FAR), all_), mix(high, vec2(FAR), all_));
 }
+
+// Value of slant.d, with d to first order, up to which light counts: what lies beyond is spread over an area 64 times as large.
+const float FARTHEST = 0.75;
+
+// extent_of() with the slant -g, up to FARTHEST.
+vec4 near_extent_of(vec3 m, vec2 slant) {
+    float deviation = sqrt(quadratic2(m, slant));
+    if (deviation < FARTHEST) return extent_of(m, -slant);
+    // Conjugate radii of the ellipse: to where slant.d is largest, and along the lines of constant slant.d.
+    vec2 ahead = vec2(m.x * slant.x + m.y * slant.y, m.y * slant.x + m.z * slant.y) / deviation;
+    vec2 aside = vec2(-slant.y, slant.x) * (sqrt(max(m.x * m.z - m.y * m.y, 0.0)) / deviation);
+    vec2 nearest = -ahead / (1.0 + deviation);
+    vec2 farthest = ahead * (FARTHEST / (deviation * (1.0 - FARTHEST)));
+    vec2 at_nearest = abs(aside) / (1.0 + deviation);
+    vec2 at_farthest = abs(aside) / (1.0 - FARTHEST);
+    return vec4(min(nearest - at_nearest, farthest - at_farthest), max(nearest + at_nearest, farthest + at_farthest));
+}
