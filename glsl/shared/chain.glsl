@@ -1,6 +1,6 @@
 // Chains as light of a lattice: one central ray with its first-order changes (ray differentials, Igehy 1999).
 //
-// The including shader declares `push`, and includes chain_ray.glsl and planar_receiver.glsl.
+// The including shader declares `push`, and includes chain_ray.glsl, planar_receiver.glsl and kernel.glsl.
 
 #include "perspective.glsl"
 
@@ -103,19 +103,44 @@ uint parts_of(Landing landing) {
     return uint(clamp(ceil(dispersion_of(landing)), 1.0, MAX_PARTS));
 }
 
-// The slant of a landing with this covariance. slant.d is the linear function of the place that is nearest, over the cell and the light, to
-// the relative change of the direction's part across the plane. For light from a point, which may lie behind the surface, it is
-// slant_of() with the distance of that point. The slant is 0 where perspective does not show.
-vec2 slant_of(PlanarReceiver receiver, vec3 r, Changes changes, Landing landing, vec3 covariance) {
+// Largest standard deviation of the perspective of a landing.
+const float MOST_PERSPECTIVE = 0.5;
+
+// Sets the slant of a landing: slant.d is the linear function of the place that is nearest, over the cell and the light, to the relative
+// change of the direction's part across the plane. For light from a point, which may lie behind the surface, it is slant_of() with the
+// distance of that point. The slant is 0 where perspective does not show. Light that is spread farther than MOST_PERSPECTIVE, beyond the
+// horizon on one side and at the foot of the ray on the other, is narrowed to that.
+void set_slant(PlanarReceiver receiver, vec3 r, Changes changes, inout Landing landing) {
+    vec2 places[4] = vec2[](landing.of_cell[0], landing.of_cell[1], landing.of_light[0], landing.of_light[1]);
+    vec4 relative;
+    for (int i = 0; i < 4; i++) relative[i] = dot(changes.direction[i], receiver.normal) / dot(r, receiver.normal);
+    relative.xy *= sqrt(push.spread);
+    // The inverse of the covariance of places and texel, times the sum of relative[i] places[i], by pairs of columns (Cauchy & Binet), since
+    // the terms of a determinant cancel where the landing is a streak.
+    float texel = 1.0 / 12.0;
+    float determinant = texel * texel;
     vec2 sum = vec2(0.0);
-    for (int i = 0; i < 2; i++) {
-        sum += sqrt(push.spread) * dot(changes.direction[i], receiver.normal) * landing.of_cell[i];
-        sum += dot(changes.direction[i + 2], receiver.normal) * landing.of_light[i];
+    for (int i = 0; i < 4; i++) {
+        determinant += texel * dot(places[i], places[i]);
+        sum += texel * relative[i] * places[i];
+        for (int k = 0; k < i; k++) {
+            float pair = cross2(places[k], places[i]);
+            vec2 difference = relative[i] * places[k] - relative[k] * places[i];
+            determinant += pair * pair;
+            sum += pair * vec2(-difference.y, difference.x);
+        }
     }
-    vec2 of_sum = vec2(covariance.z * sum.x - covariance.y * sum.y, covariance.x * sum.y - covariance.y * sum.x);
-    vec2 slant = -of_sum / ((covariance.x * covariance.z - covariance.y * covariance.y) * dot(r, receiver.normal));
-    if (!(quadratic2(covariance, slant) > LEAST_PERSPECTIVE * LEAST_PERSPECTIVE)) return vec2(0.0);
-    return slant * min(LARGEST_SLANT / length(slant), 1.0);
+    vec2 slant = -sum / determinant;
+    slant *= LARGEST_SLANT / max(length(slant), LARGEST_SLANT);
+    vec4 deviations = vec4(slant * landing.of_cell, slant * landing.of_light);
+    float deviation = length(deviations);
+    landing.slant = deviation > LEAST_PERSPECTIVE ? slant : vec2(0.0);
+    if (deviation > MOST_PERSPECTIVE) {
+        vec2 ahead = landing.of_cell * deviations.xy + landing.of_light * deviations.zw;
+        ahead *= (1.0 - MOST_PERSPECTIVE / deviation) / (deviation * deviation);
+        landing.of_cell -= outerProduct(ahead, deviations.xy);
+        landing.of_light -= outerProduct(ahead, deviations.zw);
+    }
 }
 
 // Returns false where the receiver gets none of it. Light that passes the edge of the receiver that the ray meets may land on
@@ -141,8 +166,8 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
     vec2 first = (landing.band.x - landing.band.z) * landing.of_spectrum;
     vec2 last = first + landing.band.y * landing.of_spectrum;
     landing.of_cell *= sqrt(push.spread);
+    set_slant(receiver, r, changes, landing);
     vec3 covariance = covariance_of(landing.of_cell) + covariance_of(landing.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
-    landing.slant = slant_of(receiver, r, changes, landing, covariance);
     vec4 reach = extent_of(CHAIN_SUPPORT * covariance, -landing.slant);
     return all(lessThan(max(sqrt(CHAIN_SUPPORT * covariance.xz), abs(landing.of_spectrum)), vec2(1e6)))
         && all(greaterThan(landing.centre + max(first, last) + reach.zw, low))

@@ -46,7 +46,7 @@ void add_perspective(vec2 slant, vec4 tile, inout vec2 low, inout vec2 high) {
 // Bounds of the plane's region that the rays within the ellipse d^T inverse(m) d <= 1 reach, as (low, high) relative to
 // the centre. A ray meets the plane at d to first order, and at d / (1 + g.d) with perspective.
 vec4 extent_of(vec3 m, vec2 g) {
-    float gg = quadratic2(m, g);
+    float gg = max(quadratic2(m, g), 0.0);
     vec2 mg = vec2(m.x * g.x + m.y * g.y, m.y * g.x + m.z * g.y);
     vec2 discriminant = mg * mg + (1.0 - gg) * m.xz;
     vec2 root = sqrt(max(discriminant, 0.0));
@@ -66,7 +66,7 @@ const float FARTHEST = 0.75;
 
 // extent_of() with the slant -g, up to FARTHEST.
 vec4 near_extent_of(vec3 m, vec2 slant) {
-    float deviation = sqrt(quadratic2(m, slant));
+    float deviation = sqrt(max(quadratic2(m, slant), 0.0));
     if (deviation < FARTHEST) return extent_of(m, -slant);
     // Conjugate radii of the ellipse: to where slant.d is largest, and along the lines of constant slant.d.
     vec2 ahead = vec2(m.x * slant.x + m.y * slant.y, m.y * slant.x + m.z * slant.y) / deviation;
