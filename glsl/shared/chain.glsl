@@ -81,7 +81,7 @@ struct Landing {
     mat2 of_light;
     vec3 band;        // see band_of()
     vec2 of_spectrum; // change over the spectrum, texels
-    vec2 slant;       // see slant_of(); 0 where perspective does not show
+    vec2 slant;       // see set_slant(); 0 where perspective does not show
 };
 
 // Maximum number of footprints of a landing, each of a part of its band.

@@ -64,7 +64,7 @@ vec4 extent_of(vec3 m, vec2 g) {
 // Value of slant.d, with d to first order, up to which light counts: what lies beyond is spread over an area 64 times as large.
 const float FARTHEST = 0.75;
 
-// extent_of() with the slant -g, up to FARTHEST.
+// The bounds of extent_of() for g = -slant, without what lies beyond FARTHEST.
 vec4 near_extent_of(vec3 m, vec2 slant) {
     float deviation = sqrt(max(quadratic2(m, slant), 0.0));
     if (deviation < FARTHEST) return extent_of(m, -slant);
