@@ -49,31 +49,18 @@ void write(uint place, MeshFootprint footprint) {
     if (in_batch < push.mesh_splat_batch) mesh_footprints[in_batch] = footprint;
 }
 
-void main() {
-    uint index = thread_index();
-    if (index == 0) {
-        uint all = min(totals[UNITS_WORD], push.mesh_splat_capacity);
-        WRITE_DRAW(arguments, 0, min(max(all, push.first_mesh_splat) - push.first_mesh_splat, push.mesh_splat_batch))
-    }
-    if (index >= landing_sizes[UNITS_WORD]) return;
-    ChainHit hit = landing_hits[index];
-    uint place = numbers[index].x + block_sums[index / SPLAT_GROUP].x;
-    uint end = place + hit.footprints;
-    // A landing has all of its footprints or none.
-    bool has_room = end <= push.mesh_splat_capacity;
-    if (COUNTS_FLUX) {
-        if (!has_room) count_no_room_on_meshes(path_at(index), hit);
-        return;
-    }
-    if (place == end || end <= push.first_mesh_splat || place >= push.first_mesh_splat + push.mesh_splat_batch) return;
+// Writes the mesh footprints of a landing that are in the batch: those from number `place` to `end` of all.
+void project(uint index, ChainHit hit, uint place, uint end) {
     ChainPath path = path_at(index);
-
     vec3 occluder = vec3(0.0);
     vec3 occluder_normal = vec3(0.0);
     if (hit.triangle != NO_TRIANGLE) {
         occluder = path.position + hit.distance * path.direction;
         occluder_normal = normal_against(triangle_at(hit.triangle), path.direction);
     }
+    uint last = min(end, push.first_mesh_splat + push.mesh_splat_batch);
+    // A landing has all of its footprints or none.
+    bool has_room = end <= push.mesh_splat_capacity;
     for (uint mesh = 0; has_room && mesh < push.mesh_count; mesh++) {
         MeshReceiver receiver = mesh_receivers[mesh];
         vec3 flux = flux_after(path, distance_to(receiver, path, hit));
@@ -85,7 +72,7 @@ void main() {
                 of_part *= colour_between(path, float(part) / float(parts), float(part + 1) / float(parts));
             }
             uint count = touch_nodes(receiver, beam, CHAIN_SUPPORT);
-            for (uint i = 0; i < count && place < end; i++) {
+            for (uint i = 0; i < count && place < last; i++) {
                 MeshFootprint footprint;
                 bool is_lit = project_to_node(receiver, unpacked(touched[i]), beam, of_part, occluder, occluder_normal, footprint);
                 if (!is_lit) footprint = no_mesh_footprint();
@@ -93,5 +80,30 @@ void main() {
             }
         }
     }
-    for (; place < end; place++) write(place, no_mesh_footprint());
+    for (; place < last; place++) write(place, no_mesh_footprint());
+}
+
+#define FIRST_OF_BLOCK(block) block_sums[block].x
+
+// Few threads for the footprints of the batch, each of which takes every so many landings.
+void main() {
+    uint thread = thread_index();
+    if (thread == 0) {
+        uint all = min(totals[UNITS_WORD], push.mesh_splat_capacity);
+        WRITE_DRAW(arguments, 0, min(max(all, push.first_mesh_splat) - push.first_mesh_splat, push.mesh_splat_batch))
+    }
+    uint landings = landing_sizes[UNITS_WORD];
+    SEARCH(block, 0, (landings + SPLAT_GROUP - 1) / SPLAT_GROUP, push.first_mesh_splat, FIRST_OF_BLOCK)
+    uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * SPLAT_GROUP;
+    for (uint index = block * SPLAT_GROUP + thread; index < landings; index += threads) {
+        ChainHit hit = landing_hits[index];
+        uint place = numbers[index].x + block_sums[index / SPLAT_GROUP].x;
+        uint end = place + hit.footprints;
+        if (COUNTS_FLUX) {
+            if (end > push.mesh_splat_capacity) count_no_room_on_meshes(path_at(index), hit);
+            continue;
+        }
+        if (place >= push.first_mesh_splat + push.mesh_splat_batch) break;
+        if (place < end && end > push.first_mesh_splat) project(index, hit, place, end);
+    }
 }

@@ -20,6 +20,10 @@ const MESH_FOOTPRINTS_PER_RAY: f64 = 12.0;
 const DISPERSED_MESH_FOOTPRINTS_PER_RAY: f64 = 48.0;
 /// Maximum number of mesh footprints of a batch: 16 MiB.
 const BATCH: u32 = 1 << 17;
+/// Typical number of mesh footprints of a landing.
+const FOOTPRINTS_PER_LANDING: u32 = 4;
+/// Least number of threads that project the landings of a batch.
+const LEAST_THREADS: u32 = 1024;
 /// Words of a `VkDrawIndexedIndirectCommand`.
 const DRAW_WORDS: u64 = 5;
 
@@ -234,15 +238,17 @@ impl Landings {
         (self.footprint_sums).record_scan(recorder, self.capacity, [0, 0]);
     }
 
-    /// Writes the mesh footprints of a batch. Passes that count the flux only count the landings without room.
+    /// Writes the mesh footprints of a batch: its first one and their number. Passes that count the flux only count the landings without
+    /// room.
     pub fn record_project(&self, recorder: &mut Recorder, push: &ChainPush, batch: [u32; 2]) {
         let [first_mesh_splat, mesh_splat_batch] = batch;
+        let threads = (mesh_splat_batch / FOOTPRINTS_PER_LANDING).max(LEAST_THREADS);
         let push = ChainPush {
             first_mesh_splat,
             mesh_splat_batch,
             ..*push
         };
-        recorder.dispatch_indirect(&self.project, &push, &self.sizes, 0);
+        recorder.dispatch(&self.project, &push, [threads, 1, 1]);
     }
 
     /// Draws the mesh footprints of the batch that was projected last into the light maps.
