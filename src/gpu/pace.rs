@@ -19,9 +19,12 @@ const MOST_CHANGE: f64 = 8.0;
 /// Once learnt, a cost falls by this factor at most from one submission to the next, so that the expensive parts of a
 /// picture determine how much a submission holds.
 const MEMORY: f64 = 0.97;
-/// Submissions after which a cost counts as learnt: the first ones include work that drivers defer, such as compiling
+/// Submissions after which a cost may count as learnt: the first ones include work that drivers defer, such as compiling
 /// shaders.
 const LEARNING: u32 = 4;
+/// It is learnt with the first submission after these that takes at least this share of the expected time. Until then it falls by this
+/// factor at most: what compiling takes can be ten thousand times the cost of the units in the same submission.
+const LEARNT: f64 = 0.5;
 
 /// One kind of work.
 #[derive(Debug)]
@@ -31,6 +34,7 @@ struct Work {
     cost: Option<f64>,
     /// Submissions that held any.
     count: u32,
+    is_learnt: bool,
     /// Units of the largest one.
     largest: u64,
     /// Units in the open submission.
@@ -60,6 +64,7 @@ impl Pace {
                 name,
                 cost: None,
                 count: 0,
+                is_learnt: false,
                 largest: 0,
                 open: 0,
             });
@@ -111,12 +116,14 @@ impl Pace {
                 // Alone in its submission.
                 None => wall.as_secs_f64() / units as f64,
                 Some(cost) => {
-                    let least = if work.count < LEARNING {
-                        1.0 / MOST_CHANGE
-                    } else {
-                        MEMORY
+                    let change = wall.as_secs_f64() / expected;
+                    work.is_learnt |= work.count >= LEARNING && change >= LEARNT;
+                    let least = match work.count < LEARNING {
+                        true => 1.0 / MOST_CHANGE,
+                        false if !work.is_learnt => LEARNT,
+                        false => MEMORY,
                     };
-                    cost * (wall.as_secs_f64() / expected).clamp(least, MOST_CHANGE)
+                    cost * change.clamp(least, MOST_CHANGE)
                 }
             });
         }
@@ -129,10 +136,21 @@ mod tests {
 
     /// Runs `wanted` units of work on a device that takes `cost` s for one; the submissions' units.
     fn run(pace: &mut Pace, name: &'static str, wanted: u64, first: u64, cost: f64) -> Vec<u64> {
+        run_on(pace, name, wanted, first, |units| cost * units as f64)
+    }
+
+    /// The same on a device that takes `time` s for a submission.
+    fn run_on(
+        pace: &mut Pace,
+        name: &'static str,
+        wanted: u64,
+        first: u64,
+        mut time: impl FnMut(u64) -> f64,
+    ) -> Vec<u64> {
         let (mut left, mut open, mut submissions) = (wanted, 0, Vec::new());
         let mut submit = |pace: &mut Pace, open: &mut u64| {
             submissions.push(*open);
-            pace.close(Some(Duration::from_secs_f64(cost * *open as f64)));
+            pace.close(Some(Duration::from_secs_f64(time(*open))));
             *open = 0;
         };
         while left > 0 {
@@ -162,6 +180,16 @@ mod tests {
         assert_eq!(first.iter().sum::<u64>(), 1_000_000);
         // Known now.
         assert_eq!(run(&mut pace, "project", 50_000, 64, cost), [50_000]);
+    }
+
+    #[test]
+    fn compiling_is_soon_forgotten() {
+        let mut compiling = 0.8;
+        let time = |units| std::mem::take(&mut compiling) + 0.002 + 3e-6 * units as f64;
+        let submissions = run_on(&mut Pace::default(), "landings", 1_000_000, 64, time);
+        assert!(submissions[1] <= 4, "{submissions:?}"); // Nothing else is known yet.
+        let fewest = (1_000_000.0 * 3e-6 / TARGET) as usize;
+        assert!(submissions.len() < 2 * fewest, "{submissions:?}");
     }
 
     #[test]
