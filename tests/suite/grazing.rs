@@ -98,20 +98,19 @@ fn sum(map: &RgbImage) -> f64 {
 }
 
 /// Without perspective, L1 is 0.2.
+fn assert_in_perspective(scene: Scene, truth: &RgbImage) {
+    let device = Device::open();
+    let caustic = |scene: &Scene| device.caustic(scene, "floor", &Settings::default());
+    let map = caustic(&scene);
+    let energy = sum(&map) / sum(truth) - 1.0;
+    assert!(energy.abs() < 0.01, "energy {energy}");
+    let moved = caustic(&shifted_by_a_texel(scene, "floor"));
+    assert_error("L1", 0.1, l1(&map, truth), l1(&moved, truth));
+}
+
 #[test]
 fn the_disc_is_drawn_in_perspective() {
-    let device = Device::open();
-    let truth = exact(&scene());
-    let map = device.caustic(&scene(), "floor", &Settings::default());
-    let energy = sum(&map) / sum(&truth) - 1.0;
-    assert!(energy.abs() < 0.01, "energy {energy}");
-    let moved = shifted_by_a_texel(scene(), "floor");
-    let error = l1(&map, &truth);
-    let of_moved = l1(
-        &device.caustic(&moved, "floor", &Settings::default()),
-        &truth,
-    );
-    assert_error("L1", 0.1, error, of_moved);
+    assert_in_perspective(scene(), &exact(&scene()));
 }
 
 /// A second mirror, 1 m before the first, turns the light back, and the floor is mirrored, too, so that it gets the same light.
@@ -134,10 +133,8 @@ fn scene_with_chain() -> Scene {
     scene
 }
 
-/// Without perspective, L1 is 0.2, too.
 #[test]
 fn landings_of_chains_are_drawn_in_perspective() {
-    let device = Device::open();
     let mut truth = exact(&scene());
     let MaterialKind::Mirror { reflectance } = scene().materials[0].kind else {
         panic!("a mirror")
@@ -147,14 +144,5 @@ fn landings_of_chains_are_drawn_in_perspective() {
             *channel *= reflectance as f32;
         }
     }
-    let map = device.caustic(&scene_with_chain(), "floor", &Settings::default());
-    let energy = sum(&map) / sum(&truth) - 1.0;
-    let error = l1(&map, &truth);
-    assert!(energy.abs() < 0.01, "energy {energy}");
-    let moved = shifted_by_a_texel(scene_with_chain(), "floor");
-    let of_moved = l1(
-        &device.caustic(&moved, "floor", &Settings::default()),
-        &truth,
-    );
-    assert_error("L1", 0.1, error, of_moved);
+    assert_in_perspective(scene_with_chain(), &truth);
 }
