@@ -85,7 +85,7 @@ void project(uint index, ChainHit hit, uint place, uint end) {
 
 #define FIRST_OF_BLOCK(block) block_sums[block].x
 
-// Few threads for the footprints of the batch, each of which takes every so many landings.
+// The threads take turns at the landings, from the block on in which the batch begins until it ends.
 void main() {
     uint thread = thread_index();
     if (thread == 0) {
