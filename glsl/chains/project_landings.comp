@@ -83,7 +83,7 @@ void project(uint index, ChainHit hit, uint place, uint end) {
     for (; place < last; place++) write(place, no_mesh_footprint());
 }
 
-#define FIRST_OF_BLOCK(block) block_sums[block].x
+#define BLOCK_FOOTPRINTS(i) block_sums[i].x
 
 // The threads take turns at the landings, from the block on in which the batch begins until it ends.
 void main() {
@@ -93,7 +93,7 @@ void main() {
         WRITE_DRAW(arguments, 0, min(max(all, push.first_mesh_splat) - push.first_mesh_splat, push.mesh_splat_batch))
     }
     uint landings = landing_sizes[UNITS_WORD];
-    SEARCH(block, 0, (landings + SPLAT_GROUP - 1) / SPLAT_GROUP, push.first_mesh_splat, FIRST_OF_BLOCK)
+    SEARCH(block, 0, (landings + SPLAT_GROUP - 1) / SPLAT_GROUP, push.first_mesh_splat, BLOCK_FOOTPRINTS)
     uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * SPLAT_GROUP;
     for (uint index = block * SPLAT_GROUP + thread; index < landings; index += threads) {
         ChainHit hit = landing_hits[index];

@@ -22,8 +22,8 @@ const MEMORY: f64 = 0.97;
 /// Submissions after which a cost may count as learnt: the first ones include work that drivers defer, such as compiling
 /// shaders.
 const LEARNING: u32 = 4;
-/// It is learnt with the first submission after these that takes at least this share of the expected time. Until then it falls by this
-/// factor at most: what compiling takes can be ten thousand times the cost of the units in the same submission.
+/// A cost is learnt when a later submission takes at least this share of the expected time. Until then it falls to this share at most
+/// from one submission to the next: compiling in the first one can make a unit appear ten thousand times as expensive as it is.
 const LEARNT: f64 = 0.5;
 
 /// One kind of work.
@@ -118,10 +118,12 @@ impl Pace {
                 Some(cost) => {
                     let change = wall.as_secs_f64() / expected;
                     work.is_learnt |= work.count >= LEARNING && change >= LEARNT;
-                    let least = match work.count < LEARNING {
-                        true => 1.0 / MOST_CHANGE,
-                        false if !work.is_learnt => LEARNT,
-                        false => MEMORY,
+                    let least = if work.is_learnt {
+                        MEMORY
+                    } else if work.count < LEARNING {
+                        1.0 / MOST_CHANGE
+                    } else {
+                        LEARNT
                     };
                     cost * change.clamp(least, MOST_CHANGE)
                 }

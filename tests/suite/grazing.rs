@@ -97,7 +97,7 @@ fn sum(map: &RgbImage) -> f64 {
     map.pixels.iter().map(|rgb| f64::from(rgb[0])).sum()
 }
 
-/// Without perspective, L1 is 0.2.
+/// Without perspective, both tests have an L1 of 0.2.
 fn assert_in_perspective(scene: Scene, truth: &RgbImage) {
     let device = Device::open();
     let caustic = |scene: &Scene| device.caustic(scene, "floor", &Settings::default());
