@@ -327,9 +327,15 @@ fn describe(
     let file = source.file_name().expect("a file").to_string_lossy();
     let interface =
         Interface::of(words).map_err(|error| format!("{}: {error}", source.display()))?;
-    layouts.extend(interface.layouts);
-    let (bindings, local_size) = (interface.bindings, interface.local_size);
-    let push_bytes = interface.push_bytes;
+    let Interface {
+        bindings,
+        push_bytes,
+        local_size,
+        constants,
+        layouts: structs,
+        ..
+    } = interface;
+    layouts.extend(structs);
     let in_storage = match bindings.iter().any(|(_, _, kind)| *kind == "TexelBuffer") {
         true => in_storage,
         false => &[],
@@ -350,7 +356,7 @@ fn describe(
     }
     writeln!(
         table,
-        "], push_bytes: {push_bytes}, local_size: {local_size:?} }};"
+        "], push_bytes: {push_bytes}, local_size: {local_size:?}, constants: &{constants:?} }};"
     )
     .unwrap();
     Ok(())

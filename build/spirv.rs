@@ -17,6 +17,8 @@ pub struct Interface {
     pub push_bytes: usize,
     /// Workgroup size of a compute shader, else zeros.
     pub local_size: [u32; 3],
+    /// Ids of the specialisation constants, in their order.
+    pub constants: Vec<u32>,
     /// Structs of buffers and push constants.
     pub layouts: Layouts,
     /// Locations and types of what other stages write and read.
@@ -47,6 +49,7 @@ impl Interface {
             bindings: Vec::new(),
             push_bytes: 0,
             local_size: local_size(&entry)?,
+            constants: Vec::new(),
             layouts: Layouts::new(),
             varyings: Default::default(),
         };
@@ -85,16 +88,17 @@ impl Interface {
                     interface.push_bytes = ty.nbyte().ok_or("push constants have a size")?;
                     note_structs(ty, &mut interface.layouts);
                 }
+                Variable::SpecConstant { spec_id, .. } => interface.constants.push(*spec_id),
                 Variable::Input { location, ty, .. } => {
                     interface.varyings[0].insert(location.loc(), ty.to_string());
                 }
                 Variable::Output { location, ty, .. } => {
                     interface.varyings[1].insert(location.loc(), ty.to_string());
                 }
-                _ => {}
             }
         }
         interface.bindings.sort();
+        interface.constants.sort();
         Ok(interface)
     }
 }

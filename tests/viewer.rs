@@ -413,7 +413,7 @@ fn long_runs_are_steady() {
     let mut script = String::from(
         "set panels off\nset refine off\nset samples 500\nmodifiers ctrl\ndrag left 30 30 60 40 60\n",
     );
-    const FRAMES: u64 = 400;
+    const FRAMES: u64 = 200;
     let names: Vec<_> = (0..5).map(|part| format!("part {part}")).collect();
     for name in &names {
         writeln!(
@@ -667,8 +667,8 @@ fn a_side_is_the_reference() {
     let scene = folder.path().join("scene.toml");
     std::fs::write(&scene, small_scene(1.0)).unwrap();
     let script = "set refine off\nset panels off\nset compare-reference on\nset compare on\nframes 2\n\
-         expect reference\nwait 25\nframes 3\nexpect floor: reference ±\nscreenshot shot.png\n\
-         modifiers ctrl\ndrag left 100 60 130 60 2\nmodifiers none\nwait 25\nframes 3\nexpect floor: reference ±\n\
+         expect reference\nwait 10\nframes 3\nexpect floor: reference ±\nscreenshot shot.png\n\
+         modifiers ctrl\ndrag left 100 60 130 60 2\nmodifiers none\nwait 10\nframes 3\nexpect floor: reference ±\n\
          drag left 160 90 150 90 2\nsize 200 150\nframes 2\nkey X\nframes 2\nset heat-map on\nframes 3\nkey 1\nframes 2\n\
          set compare-reference off\nset compare off\nframes 2\nexpect no error\n";
     let size = ["--size", "320x180", "--validate"];

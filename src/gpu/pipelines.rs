@@ -66,11 +66,16 @@ pub struct Source {
 }
 
 impl Source {
+    /// Constants that no shader has do not count: scenes that differ in them have the same pipeline.
     pub(super) fn key(&self) -> Key {
         let fragment = self
             .fragment
             .map(|(shader, topology)| (shader.name, topology));
-        (self.first.name, fragment, self.constants)
+        let mut constants = Constants::default();
+        for &id in self.shaders().flat_map(|shader| shader.constants) {
+            constants[id as usize] = self.constants[id as usize];
+        }
+        (self.first.name, fragment, constants)
     }
 
     pub fn shaders(&self) -> impl Iterator<Item = &'static Shader> {
@@ -123,5 +128,45 @@ impl Pipelines {
             // SAFETY: whoever used it kept the context.
             unsafe { pipeline.destroy(device) };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::shaders::{ALL, MESH_FRAG, MESH_VERT, TRACE_CORNERS_COMP};
+    use super::*;
+
+    #[test]
+    fn constants_of_other_shaders_make_no_other_pipeline() {
+        let [vertex, fragment] = [&MESH_VERT, &MESH_FRAG];
+        for (first, fragment) in [
+            (&TRACE_CORNERS_COMP, None),
+            (vertex, Some((fragment, Topology::Triangles))),
+        ] {
+            let key = |constants| {
+                let source = Source {
+                    first,
+                    fragment,
+                    constants,
+                };
+                source.key()
+            };
+            let usual = key(Constants::default());
+            let mut other = 0;
+            for id in 0..CONSTANTS {
+                let mut constants = Constants::default();
+                constants[id] = true;
+                let is_own = first.constants.contains(&(id as u32));
+                assert_eq!(key(constants) != usual, is_own, "{} {id}", first.name);
+                other += usize::from(is_own);
+            }
+            assert!((1..CONSTANTS).contains(&other), "{}", first.name);
+        }
+    }
+
+    #[test]
+    fn all_constants_have_a_place() {
+        let mut ids = ALL.iter().flat_map(|shader| shader.constants);
+        assert!(ids.all(|id| (*id as usize) < CONSTANTS));
     }
 }

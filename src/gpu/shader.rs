@@ -12,6 +12,8 @@ pub struct Shader {
     pub push_bytes: u32,
     /// Workgroup size of a compute shader, else zeros.
     pub local_size: [u32; 3],
+    /// Ids of its specialisation constants.
+    pub constants: &'static [u32],
 }
 
 impl Shader {

@@ -742,8 +742,8 @@ mod tests {
         assert_eq!(
             (VERSION, weighted),
             (
-                5,
-                ["1.517340642e3", "2.751296636e-2", "2.376185858e3"].map(String::from)
+                6,
+                ["1.517380786e3", "2.801281790e-2", "2.377378073e3"].map(String::from)
             )
         );
     }

@@ -29,6 +29,9 @@ pub struct FluxReference {
     pub rays: u64,
 }
 
+/// Sequences of points for each light in a replicate.
+const SEQUENCES: u32 = 4;
+
 /// Estimates where the light of the scene's lights ends that comes onto objects that reflect or refract light and cast shadows,
 /// with about a million rays of every light. The same seed gives the same bits. `None` where no light reaches such an object.
 ///
@@ -46,12 +49,12 @@ pub fn flux_balance(
         return Ok(None);
     };
     let first = split_mix(seed.into()) as u32;
-    let lights = walk.sources.len() as u32;
+    let sequences = SEQUENCES * walk.sources.len() as u32;
     let mut replicates: Vec<FluxBalance> = (0..REPLICATES)
         .into_par_iter()
         .map(|number| {
             check_cancelled(cancel)?;
-            Ok(walk.replicate(first.wrapping_add(number * lights)))
+            Ok(walk.replicate(first.wrapping_add(number * sequences)))
         })
         .collect::<Result<_>>()?;
     let mut mean = walk.empty();
@@ -72,7 +75,7 @@ pub fn flux_balance(
     Ok(Some(FluxReference {
         mean,
         standard_error,
-        rays: u64::from(REPLICATES * lights) * u64::from(SEQUENCE_LENGTH),
+        rays: u64::from(REPLICATES * sequences) * u64::from(SEQUENCE_LENGTH),
     }))
 }
 
@@ -163,18 +166,22 @@ impl Walk {
         }
     }
 
-    /// The balance by one sequence of points for each light, with as many seeds from `seed` on.
-    fn replicate(&self, seed: u32) -> FluxBalance {
+    /// The balance by [`SEQUENCES`] sequences of points for each light, with as many seeds from `seed` on.
+    fn replicate(&self, mut seed: u32) -> FluxBalance {
         let mut balance = self.empty();
-        for (source, number) in self.sources.iter().zip(0..) {
-            let seed = seed.wrapping_add(number);
-            for (index, point) in along_first_axis(seed) {
-                let counter = u64::from(seed) << 32 | u64::from(index);
-                let mut choices = Choices::new(split_mix(counter));
-                if let Some(arrival) = self.first(source, point, &mut choices) {
-                    add(&mut balance.incoming, arrival.flux);
-                    self.follow(arrival, &mut choices, &mut balance);
+        for source in &self.sources {
+            for stratum in 0..SEQUENCES {
+                for (index, [u0, u1, u2, u3]) in along_first_axis(seed) {
+                    // Every sequence covers its own part of the surfaces.
+                    let u0 = (f64::from(stratum) + u0) / f64::from(SEQUENCES);
+                    let counter = u64::from(seed) << 32 | u64::from(index);
+                    let mut choices = Choices::new(split_mix(counter));
+                    if let Some(arrival) = self.first(source, [u0, u1, u2, u3], &mut choices) {
+                        add(&mut balance.incoming, arrival.flux);
+                        self.follow(arrival, &mut choices, &mut balance);
+                    }
                 }
+                seed = seed.wrapping_add(1);
             }
         }
         balance
@@ -204,7 +211,7 @@ impl Walk {
         // All of the light has the colour of its wavelength, so that it adds up for every ray.
         let (wavelength, tint) = dielectrics.wavelength(|| choices.next());
         let sides = Media::air(wavelength).sides(dielectrics, mirror.object, front);
-        let rays = f64::from(SEQUENCE_LENGTH) * source.triangles.probability(chosen);
+        let rays = f64::from(SEQUENCES * SEQUENCE_LENGTH) * source.triangles.probability(chosen);
         let transmitted = sides.media[0].transmittance(dielectrics, light.distance);
         Some(Arrival {
             position: point.position,

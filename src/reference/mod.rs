@@ -67,7 +67,7 @@ pub use visibility::Triangle;
 
 /// Of the results: raised when the same input gives other numbers, or more of them, so that what [`cached_caustic`]
 /// kept before is not taken for them.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Irradiance of a receiver.
 #[derive(Debug, Clone)]

@@ -29,7 +29,7 @@ use std::cell::LazyCell;
 const PILOT_SEQUENCES: u32 = 4;
 const PILOT_SEED: u64 = 0x70_69_6c_6f_74;
 /// Groups of triangles, in their order, that the pilot tells apart: 64 rays each.
-const PILOT_GROUPS: usize = 4096;
+const PILOT_GROUPS: usize = 1024;
 /// Rays of the mean share that are added to those of a group, so that few rays do not decide alone.
 const PILOT_PRIOR: f64 = 4.0;
 

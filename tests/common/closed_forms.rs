@@ -373,7 +373,7 @@ static CASES: &[Case] = &[
         scene_text: "`dish.toml`, z = f/2",
         scene: || load("dish.toml"),
         receiver: "screen",
-        texels: [64, 64],
+        texels: [32, 32],
         solver: Solver::Reference(0.003),
         asked: &[Asked {
             figure: &DISH_L1,
@@ -417,7 +417,7 @@ static CASES: &[Case] = &[
         scene_text: "`mirror.toml`",
         scene: || load("mirror.toml"),
         receiver: "floor",
-        texels: [64, 64],
+        texels: [32, 32],
         solver: Solver::Reference(0.001),
         asked: &[
             Asked {
@@ -471,7 +471,7 @@ static CASES: &[Case] = &[
         }],
     ),
     image_case(
-        [64, 64],
+        [32, 32],
         Solver::Reference(0.001),
         &[
             Asked {

@@ -629,7 +629,7 @@ pub static CASES: &[Case] = &[
         SAME,
         plate,
         32,
-        Solver::Reference(0.03),
+        Solver::Reference(0.05),
         &PLATE_BY_REFERENCE,
     ),
     case(

@@ -7,7 +7,7 @@
 
 use crate::common::{Device, method};
 use nephroid::render::{Method, Renderer};
-use nephroid::scene::{self, Scene};
+use nephroid::scene::{self, Geometry, Scene};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -18,13 +18,22 @@ const METHODS: [(Method, u32, u32); 4] = [
     (Method::Footprint, 4096, 64),
     (Method::Beams, 4096, 64),
     (Method::Points, 65_536, 64),
-    (Method::Pinhole, 1, 16),
+    (Method::Pinhole, 1, 8),
 ];
+
+/// Charts of meshes need this width.
+const LEAST_OF_MESHES: u32 = 16;
 
 /// The scene with small light maps.
 fn small(mut scene: Scene, width: u32) -> Scene {
-    for [w, h] in (scene.objects.iter_mut()).filter_map(|object| object.light_map.as_mut()) {
-        (*w, *h) = (width, (width * *h / *w).max(1));
+    for object in &mut scene.objects {
+        let width = match object.geometry {
+            Geometry::Mesh(_) => width.max(LEAST_OF_MESHES),
+            _ => width,
+        };
+        if let Some([w, h]) = &mut object.light_map {
+            (*w, *h) = (width, (width * *h / *w).max(1));
+        }
     }
     scene
 }

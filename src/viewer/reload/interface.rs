@@ -29,6 +29,10 @@ pub fn check(old: &[u32], new: &[u32], allowed: &BTreeSet<u32>) -> Result<(), St
             new.local_size, old.local_size
         ));
     }
+    let constants = &mut new.constants.iter();
+    if let Some(id) = constants.find(|id| !old.constants.contains(id)) {
+        return Err(format!("the program sets no specialisation constant {id}"));
+    }
     let layouts = &mut new.layouts.iter();
     if let Some((name, _)) = layouts.find(|(name, layout)| old.layouts.get(*name) != Some(layout)) {
         return Err(format!("the program lays out `{name}` in another way"));
@@ -51,9 +55,10 @@ pub fn check(old: &[u32], new: &[u32], allowed: &BTreeSet<u32>) -> Result<(), St
     }
 }
 
+const HEADER_WORDS: usize = 5;
+
 /// What a module requires of the device.
 pub fn capabilities(words: &[u32]) -> BTreeSet<u32> {
-    const HEADER_WORDS: usize = 5;
     const CAPABILITY: u32 = 17;
     // They are the first instructions.
     let instructions = words
@@ -85,5 +90,21 @@ mod tests {
             .collect();
         assert!(names.len() < 4, "{names:?}");
         assert!(check(shaders::SHADE_COMP.words, &[1, 2, 3], &allowed).is_err());
+    }
+
+    #[test]
+    fn another_specialisation_constant_is_refused() {
+        const DECORATE: u32 = 71;
+        const SPEC_ID: u32 = 1;
+        let old = shaders::MESH_FRAG.words;
+        let allowed = capabilities(old);
+        let mut new = old.to_vec();
+        let mut at = HEADER_WORDS;
+        while new[at] != 4 << 16 | DECORATE || new[at + 2] != SPEC_ID {
+            at += (new[at] >> 16) as usize;
+        }
+        new[at + 3] = 99;
+        let refused = check(old, &new, &allowed).unwrap_err();
+        assert!(refused.contains("specialisation constant 99"), "{refused}");
     }
 }
