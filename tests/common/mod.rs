@@ -102,6 +102,12 @@ pub fn with_texels(mut scene: Scene, receiver: &str, texels: [u32; 2]) -> Scene 
     scene
 }
 
+/// Gives all light maps of the scene this size.
+pub fn set_light_maps(scene: &mut Scene, texels: [u32; 2]) {
+    let maps = (scene.objects.iter_mut()).filter_map(|object| object.light_map.as_mut());
+    maps.for_each(|light_map| *light_map = texels);
+}
+
 /// The scene with `receiver` as the only one that has a light map.
 pub fn only_receiver(mut scene: Scene, receiver: &str, texels: [u32; 2]) -> Scene {
     for object in &mut scene.objects {

@@ -185,12 +185,15 @@ fn a_single_surface_disperses_light() {
     let of_mesh = (texels(&on_mesh, "floor").1.iter())
         .map(|texel| (texel.area, texel.position.x))
         .collect();
-    for (scene, texels, methods) in [
-        (scene, of_rect, vec![Method::Footprint, Method::Points]),
-        (on_mesh, of_mesh, vec![Method::Footprint]),
+    let on_rect = [Method::Footprint, Method::Points].map(|kind| method(kind, 65_536));
+    // Every ray leaves a footprint for each of its wavelengths on a mesh.
+    let on_triangles = [footprint(16_384)];
+    for (scene, texels, all) in [
+        (scene, of_rect, &on_rect[..]),
+        (on_mesh, of_mesh, &on_triangles),
     ] {
-        for method_ in methods {
-            let map = device.caustic(&scene, "floor", &method(method_, 65_536));
+        for settings in all {
+            let map = device.caustic(&scene, "floor", settings);
             let [mut at, mut flux] = [DVec3::ZERO; 2];
             for ((area, x), value) in texels.iter().zip(&map.pixels) {
                 let value = *area * DVec3::from(value.map(f64::from));
@@ -198,7 +201,8 @@ fn a_single_surface_disperses_light() {
                 flux += value;
             }
             println!(
-                "{method_:?}: {} for {expected}, {flux} W for {exact}",
+                "{:?}: {} for {expected}, {flux} W for {exact}",
+                settings.method,
                 at / flux
             );
             assert!((at / flux - expected).abs().max_element() < 2e-4);

@@ -1,7 +1,9 @@
 //! Where the light of chains ends: what is lost is said, and all of it adds up to what came in.
 
 use crate::common::glass::{self, block};
-use crate::common::{Device, assert_error_beyond_noise, footprint, load_with_chains, scene_path};
+use crate::common::{
+    Device, assert_error_beyond_noise, footprint, load_with_chains, scene_path, set_light_maps,
+};
 use glam::DVec3;
 use nephroid::flux_balance::{Flux, FluxBalance};
 use nephroid::optics::fresnel_dielectric;
@@ -57,7 +59,8 @@ fn adds_up_on_every_shipped_scene() {
     let mut with_chains = 0;
     for entry in scene_path("").read_dir().unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
-        let scene = load_with_chains(&name);
+        let mut scene = load_with_chains(&name);
+        set_light_maps(&mut scene, [64, 64]);
         let mut renderer = device.renderer(&scene, &settings());
         let found = renderer.flux_balance().unwrap();
         assert_eq!(found.is_some(), renderer.may_chain(), "{name}");

@@ -1,17 +1,12 @@
 //! The same scene gives the same bits, every time.
 
-use crate::common::{Device, brighter, load, load_with_chains, method};
+use crate::common::{Device, brighter, load, load_with_chains, method, set_light_maps};
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
 use nephroid::scene::{Geometry, Scene};
 use std::path::Path;
 
 /// Gives all light maps this size.
-fn set_light_maps(scene: &mut Scene, texels: [u32; 2]) {
-    let maps = (scene.objects.iter_mut()).filter_map(|object| object.light_map.as_mut());
-    maps.for_each(|light_map| *light_map = texels);
-}
-
 fn bits(image: &RgbImage) -> Vec<u32> {
     let values = image.pixels.as_flattened();
     values.iter().map(|value| value.to_bits()).collect()
