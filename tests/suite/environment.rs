@@ -1,7 +1,7 @@
 //! Light from everywhere by footprints: against the reference, a sun, and itself.
 
 use crate::common::{
-    Device, assert_error, brighter, flux, footprint, image, l1, load, only_receiver, options, rect,
+    Device, assert_error, flux, footprint, image, l1, load, only_receiver, options, rect, scaled,
     solve, toward_sun,
 };
 use glam::DVec3;
@@ -59,18 +59,13 @@ fn windows_on_the_ring() {
         &options(0.02),
     ));
     let device = Device::open();
-    let l1_of =
-        |scene: &Scene, samples| l1(&device.caustic(scene, "floor", &footprint(samples)), &truth);
-    let coarse = l1_of(&scene, 4096);
-    let fine = l1_of(&scene, 65_536);
+    let [coarse, fine] =
+        [4096, 65_536].map(|samples| device.caustic(&scene, "floor", &footprint(samples)));
+    let bright = l1(&scaled(&fine, 1.07), &truth);
+    let [coarse, fine] = [coarse, fine].map(|map| l1(&map, &truth));
     println!("4096 samples: {coarse}");
     assert!(fine < 0.7 * coarse, "{fine} {coarse}");
-    assert_error(
-        "two windows",
-        0.05,
-        fine,
-        l1_of(&brighter(scene, 1.07), 65_536),
-    );
+    assert_error("two windows", 0.05, fine, bright);
 }
 
 /// Many images of few samples are few of many, and the number of environment cells counts.

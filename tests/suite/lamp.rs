@@ -4,8 +4,8 @@
 
 use crate::common::{
     Device, assert_error, assert_error_beyond_noise, assert_physical, brighter, floor, footprint,
-    image, l1, l1_noise, load, method, middles, object_mut, only_receiver, options, rect, solve,
-    toward_sun, with_texels,
+    image, l1, l1_noise, load, method, middles, object_mut, only_receiver, options, rect, scaled,
+    solve, toward_sun, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -62,15 +62,16 @@ fn footprints_of_the_bowl_with_the_lamp_near_and_far() {
         let scene = bowl(sizes, 128);
         let reference = solve(&scene, "table", [128; 2], &options(0.016));
         let (truth, noise) = (image(&reference), l1_noise(&reference));
-        let error = |scene: &Scene| {
+        let map = |scene: &Scene| {
             let map = device.caustic(scene, "table", &footprint(16_384));
             assert_physical(&map);
-            l1(&map, &truth)
+            map
         };
         let what = format!("bowl, lamp at {sizes} times its width, L1");
-        let found = error(&scene);
-        for perturbed in [brighter(scene.clone(), 1.05), bowl(0.9 * sizes, 128)] {
-            assert_error_beyond_noise(&what, 0.03, noise, found, error(&perturbed));
+        let found = map(&scene);
+        for perturbed in [scaled(&found, 1.05), map(&bowl(0.9 * sizes, 128))] {
+            let [found, perturbed] = [&found, &perturbed].map(|map| l1(map, &truth));
+            assert_error_beyond_noise(&what, 0.03, noise, found, perturbed);
         }
     }
 }
@@ -81,12 +82,9 @@ fn points_of_the_bowl() {
     let device = Device::open();
     let scene = bowl(1.0, 64);
     let truth = image(&solve(&scene, "table", [64; 2], &options(0.01)));
-    let error = |scene: &Scene| {
-        let map = device.caustic(scene, "table", &method(Method::Points, 2_000_000));
-        l1(&map, &truth)
-    };
-    let bright = brighter(scene.clone(), 1.05);
-    assert_error("bowl, points, L1", 0.03, error(&scene), error(&bright));
+    let map = device.caustic(&scene, "table", &method(Method::Points, 2_000_000));
+    let [error, bright] = [1.0, 1.05].map(|factor| l1(&scaled(&map, factor), &truth));
+    assert_error("bowl, points, L1", 0.03, error, bright);
 }
 
 /// A lamp far away is a sun of its irradiance and angular radius.

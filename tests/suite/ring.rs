@@ -1,9 +1,9 @@
 //! The ring's caustic against the reference: what the methods promise.
 
 use crate::common::{
-    Device, assert_error, assert_error_beyond_noise, assert_physical, brighter, footprint, image,
-    l1, l1_noise, load, method, only_receiver, options, scaled, shifted_by_a_texel, truth,
-    with_sun_of, with_texels,
+    Device, assert_error, assert_error_beyond_noise, assert_physical, footprint, image, l1,
+    l1_noise, load, method, only_receiver, options, scaled, shifted_by_a_texel, truth, with_sun_of,
+    with_texels,
 };
 use nephroid::image_file::RgbImage;
 use nephroid::render::{Method, Settings};
@@ -60,13 +60,10 @@ fn footprints_are_within(light: &Disc, samples: u32, bound: f64) {
         .read_caustic(scene.object_index("floor").unwrap())
         .unwrap();
     assert_physical(&map);
-    let error = l1(&map, &truth);
-    let bright = brighter(scene.clone(), 1.05);
-    for perturbed in [bright, shifted_by_a_texel(scene, "floor")] {
-        let perturbed = l1(
-            &device.caustic(&perturbed, "floor", &footprint(samples)),
-            &truth,
-        );
+    let shifted = shifted_by_a_texel(scene, "floor");
+    let shifted = device.caustic(&shifted, "floor", &footprint(samples));
+    for perturbed in [scaled(&map, 1.05), shifted] {
+        let [error, perturbed] = [&map, &perturbed].map(|map| l1(map, &truth));
         let what = format!("ring, {}°, {lit} footprints, L1", light.degrees);
         assert_error_beyond_noise(&what, bound, noise, error, perturbed);
     }
@@ -91,17 +88,17 @@ fn beams_under_the_sun() {
     let device = Device::open();
     let scene = scene(&SUN);
     let (truth, noise) = reference(&SUN);
-    let error = |scene: &Scene, samples| {
+    let map = |scene: &Scene, samples| {
         let map = device.caustic(scene, "floor", &method(Method::Beams, samples));
         assert_physical(&map);
-        l1(&map, &truth)
+        map
     };
     for (samples, bound) in [(4096, 0.0163), (16_384, 0.0081), (65_536, 0.0073)] {
-        let bright = brighter(scene.clone(), 1.05);
-        let found = error(&scene, samples);
-        for perturbed in [bright, shifted_by_a_texel(scene.clone(), "floor")] {
+        let found = map(&scene, samples);
+        let shifted = map(&shifted_by_a_texel(scene.clone(), "floor"), samples);
+        for perturbed in [scaled(&found, 1.05), shifted] {
             let what = format!("ring, {samples} beams, L1");
-            let perturbed = error(&perturbed, samples);
+            let [found, perturbed] = [&found, &perturbed].map(|map| l1(map, &truth));
             assert_error_beyond_noise(&what, bound, noise, found, perturbed);
         }
     }
