@@ -1,7 +1,7 @@
 //! Randomised low-discrepancy points: Owen-scrambled Sobol points in four dimensions.
 
-/// Points in one scrambled sequence. `sobol_burley` has 2^16; with these a first round, which is enough for coarse errors, takes a
-/// quarter of the time, at a fine error as many rays are as good within a tenth, and a sequence stays in the processor's cache.
+/// Points in one scrambled sequence. `sobol_burley` has up to 2^16. Shorter sequences make the first round shorter, which is enough for
+/// coarse errors, and stay in the processor's cache; fine errors take up to a quarter more rays (docs/measurements.md).
 pub const SEQUENCE_LENGTH: u32 = 1 << 14;
 
 /// Point `index` of the sequence `seed`, each coordinate uniform in [0, 1).

@@ -26,7 +26,7 @@ const ROUGH: f64 = 0.05;
 const POINTS: u32 = 1_000_000;
 /// Below this share of what the best-lit receiver collects, the reference's own error counts.
 const FAINT: f64 = 1e-3;
-/// For the skies of [`keeps_the_energy_of_skies`].
+/// Balances of the light whose mean is the truth under the skies of [`keeps_the_energy_of_skies`].
 const BALANCES: u32 = 6;
 /// The same as [`FAINT`] under an environment. The side walls of `pool_sky` get 1.4 % of the floor's light, and with 16 384 samples 1
 /// and 5 % less than they should: they stand on the water, and a cluster beside them is visible or not as a whole.
@@ -160,8 +160,7 @@ fn fluxes_up_to(scene: &Scene, bound: f64, faint: f64, max_samples: u64) -> Vec<
             let over = flux.max(faint * brightest);
             // The expected error is √(2/π) of the standard error.
             let error = (2.0 / PI).sqrt() * NOISE * bound * over / flux;
-            let is_enough = rough.relative_error <= error;
-            let truth = match is_enough {
+            let truth = match rough.relative_error <= error {
                 true => rough,
                 false => single_texel(scene, name, error, max_samples),
             };

@@ -6,7 +6,6 @@ use nephroid::render::{Method, Settings};
 use nephroid::scene::{Geometry, Scene};
 use std::path::Path;
 
-/// Gives all light maps this size.
 fn bits(image: &RgbImage) -> Vec<u32> {
     let values = image.pixels.as_flattened();
     values.iter().map(|value| value.to_bits()).collect()

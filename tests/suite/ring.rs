@@ -6,9 +6,10 @@ use crate::common::{
     with_texels,
 };
 use nephroid::image_file::RgbImage;
+use nephroid::reference::Reference;
 use nephroid::render::{Method, Settings};
 use nephroid::scene::Scene;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 const TEXELS: [u32; 2] = [128, 128];
 /// A light far away.
@@ -36,9 +37,13 @@ fn scene(light: &Disc) -> Scene {
     )
 }
 
+fn solved(light: &Disc) -> Arc<Reference> {
+    truth(&scene(light), "floor", TEXELS, &options(light.noise))
+}
+
 /// The reference, and the standard error of an L1 to it.
 fn reference(light: &Disc) -> (RgbImage, f64) {
-    let reference = truth(&scene(light), "floor", TEXELS, &options(light.noise));
+    let reference = solved(light);
     (image(&reference), l1_noise(&reference))
 }
 
@@ -128,31 +133,12 @@ fn points_converge() {
     );
 }
 
-/// Means of squares of 2 × 2 texels.
-fn half(map: &RgbImage) -> RgbImage {
-    let [width, height] = [map.width / 2, map.height / 2];
-    let mean = |i: u32| {
-        let mut sum = [0.0; 3];
-        for j in 0..4 {
-            let (x, y) = (2 * (i % width) + j % 2, 2 * (i / width) + j / 2);
-            let rgb = map.pixels[(y * map.width + x) as usize];
-            (0..3).for_each(|c| sum[c] += rgb[c] / 4.0);
-        }
-        sum
-    };
-    RgbImage {
-        width,
-        height,
-        pixels: (0..width * height).map(mean).collect(),
-    }
-}
-
 /// The paper's filter: without it each patch shows a sharp disc of the sun.
 #[test]
 fn pinhole_without_its_filter_is_noisier() {
     let device = Device::open();
     let scene = only_receiver(scene(&LAMP), "floor", [64, 64]);
-    let truth = half(&reference(&LAMP).0);
+    let truth = image(&solved(&LAMP).coarser(2));
     let error = |filter| {
         let settings = Settings {
             filter,

@@ -55,6 +55,7 @@ pub fn check(old: &[u32], new: &[u32], allowed: &BTreeSet<u32>) -> Result<(), St
     }
 }
 
+/// Words of a module before its first instruction.
 const HEADER_WORDS: usize = 5;
 
 /// What a module requires of the device.
