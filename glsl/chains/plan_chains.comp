@@ -7,7 +7,7 @@ layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) readonly buffer Lattices { ChainLattice lattices[]; };
 layout(std430, binding = 1) readonly buffer Pilots { LatticePilot lattice_pilots[]; };
 layout(std430, binding = 2) readonly buffer Fluxes { vec4 lattice_fluxes[]; }; // see weigh_lattices.comp
-layout(std430, binding = 3) buffer Plans { LatticePlan lattice_plans[]; };
+layout(std430, binding = 3) coherent buffer Plans { LatticePlan lattice_plans[]; };
 // Per receiver: relative L1 error that chains leave, and their share of its light; then the halvings that there was no room for.
 layout(std430, binding = 4) buffer Errors { vec2 chain_errors[]; };
 layout(std430, binding = 5) writeonly buffer Waves { uint waves[]; }; // see scan_chains.comp

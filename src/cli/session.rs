@@ -6,7 +6,7 @@ use super::light_map_size::LightMapSize;
 use super::terminal::log;
 use nephroid::gpu::{Context, ContextOptions, Messages};
 use nephroid::measure::{ChosenLightMap, choose_light_maps};
-use nephroid::render::Renderer;
+use nephroid::render::{Renderer, Settings};
 use nephroid::scene::{Animation, Scene};
 use nephroid::{Error, Result};
 use std::path::Path;
@@ -20,6 +20,7 @@ pub struct Session {
     pub complaints: Complaints,
     /// The scene at the time that is rendered.
     pub scene: Scene,
+    settings: Settings,
     animation: Animation,
     lightmap: Option<LightMapSize>,
     /// The light maps whose sizes were chosen.
@@ -62,6 +63,7 @@ impl Session {
             context,
             complaints,
             scene,
+            settings,
             animation,
             lightmap: options.lightmap,
             chosen,
@@ -71,7 +73,14 @@ impl Session {
     /// Updates the renderer to another time.
     pub fn show(&mut self, time: f64) -> Result<()> {
         self.scene = scene_at(&self.animation, time, self.lightmap);
-        self.renderer.update(&self.scene)
+        match self.renderer.update(&self.scene) {
+            // For instance, a mesh that was convex is not any more.
+            Err(Error::Usage { .. }) => {
+                self.renderer = Renderer::new(&self.context, &self.scene, &self.settings)?;
+                Ok(())
+            }
+            result => result,
+        }
     }
 
     /// Closes the device.

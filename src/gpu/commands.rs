@@ -270,8 +270,7 @@ impl Recorder {
     pub fn zero(&mut self, buffer: &Buffer) {
         // SAFETY: a live buffer; its size is a multiple of 4.
         unsafe {
-            let device = &self.context.device;
-            device.cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, 0);
+            (self.device()).cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, 0);
         }
     }
 

@@ -121,6 +121,7 @@ impl DeviceScene {
         if !self.is_stale && is_same(&self.scene, scene) {
             return Ok(Change::Nothing);
         }
+        self.lattices.check(scene)?;
         let is_stale = std::mem::replace(&mut self.is_stale, true);
         let staging = &mut self.staging;
         staging.begin();
@@ -130,7 +131,7 @@ impl DeviceScene {
         let is_rebuilt = self.geometry.update(staging, scene, &moved)?;
         let store = &self.geometry.store;
         if is_rebuilt {
-            (self.facets).renumber(staging, scene, store, &self.settings)?;
+            self.facets.renumber(staging, scene, store)?;
         }
         let meshes = self.receivers.mesh_tiles();
         let meshes_moved = is_rebuilt || meshes.iter().any(|tile| moved.contains(&tile.object));
@@ -422,6 +423,9 @@ fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
         if before != now {
             return another(format!("it had {before} {what} and has {now}"));
         }
+    }
+    if a.max_interfaces != b.max_interfaces {
+        return another("its max_interfaces differs".into());
     }
     for (light, other) in a.lights.iter().zip(&b.lights) {
         let same = match (&light.kind, &other.kind) {

@@ -103,6 +103,8 @@ pub struct Renderer {
     is_current: bool,
     /// Whether the direct maps show the current scene.
     is_direct_current: bool,
+    /// Whether the stages are bound to buffers that an update replaced.
+    must_bind: bool,
     /// Whether the direct map of the environment shows the current scene. It is kept where only suns, lamps or materials change.
     is_environment_current: bool,
     budget: Option<FrameBudget>,
@@ -163,6 +165,7 @@ impl Renderer {
             has_caustic: false,
             is_current: false,
             is_direct_current: false,
+            must_bind: false,
             is_environment_current: false,
             budget,
             grows: None,
@@ -260,8 +263,9 @@ impl Renderer {
     /// depends on the number of lit triangles.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `scene` has other objects, shapes, kinds of material or lights, or
-    /// light maps of other sizes, or too many patches; [`Error::Device`] if the device fails. After an error, the maps
+    /// [`Error::Usage`] if `scene` has other objects, shapes, kinds of material or lights, light maps of other sizes, too many
+    /// patches, or a mirror that was convex and alone and is not convex any more, so that its light may meet it again: make a new
+    /// renderer for it. [`Error::Device`] if the device fails. After an error, the maps
     /// are undefined until an update succeeds.
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
         let start = Instant::now();
@@ -273,7 +277,8 @@ impl Renderer {
         self.is_current = was_current && change == Change::Nothing;
         self.is_direct_current &= change == Change::Nothing;
         self.is_environment_current &= keeps_environment;
-        if change == Change::Stages {
+        self.must_bind |= change == Change::Stages;
+        if self.must_bind {
             let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
                 self.scene.casters.patch_capacity = capacity;
@@ -282,6 +287,7 @@ impl Renderer {
             self.drop_overlays();
             let replaced = std::mem::replace(&mut self.caustic, stages);
             self.keep(replaced);
+            self.must_bind = false;
         }
         self.update_time = start.elapsed();
         Ok(())

@@ -1,5 +1,6 @@
 //! What `render`, `bake` and `devices` say and return, above all where the input is bad.
 
+use crate::common::folder::{Folder, SCENE};
 use crate::common::{json, nephroid, refuses, scene_path as scene};
 use assert_cmd::Command;
 use nephroid::image_file::read_rgb;
@@ -537,6 +538,29 @@ fn frames_are_numbered_and_those_of_their_times() {
             std::fs::remove_file(file).unwrap();
         }
     }
+}
+
+/// A mirror that is flat at first and then folds meets its own light, which it had no room for.
+#[test]
+fn a_mirror_that_folds_on_the_way_is_that_of_its_time() {
+    let folder = Folder::new();
+    for (frame, depth) in ["0", "-0.5"].iter().enumerate() {
+        let obj = format!(
+            "v 0 0 0\nv 0.5 0 {depth}\nv 1 0 0\nv 1 1 0\nv 0.5 1 {depth}\nv 0 1 0\nf 1 2 5 6\nf 2 3 4 5\n"
+        );
+        folder.write(&format!("folding/{frame}.obj"), obj);
+    }
+    let frames = "frames = { folder = \"folding\", fps = 1 }";
+    folder.write("scene.toml", SCENE.replace("mesh = \"part.obj\"", frames));
+    let bake = |output: &str, options: &[&str]| {
+        let mut bake = run("bake", &folder.path("scene.toml"), &folder.path(output));
+        bake.args(options).assert().success();
+    };
+    bake("map.exr", &["--frames", "0-1", "--fps", "1"]);
+    bake("still.exr", &["--time", "1"]);
+    let [frame, still] =
+        ["map.0001.exr", "still.exr"].map(|name| read_rgb(&folder.path(name)).unwrap());
+    assert!(frame.pixels == still.pixels);
 }
 
 #[test]

@@ -1,15 +1,15 @@
 //! Frames of what moves: the same as if each were rendered alone, and without flicker.
 
 use crate::common::{
-    Device, assert_error, brighter, footprint, image, load, method, moved, object_mut,
-    only_receiver, options, solve,
+    Device, assert_error, brighter, footprint, image, l1, load, method, moved, object_mut,
+    only_receiver, options, scaled, solve,
 };
 use glam::DVec3;
 use nephroid::Error;
 use nephroid::image_file::RgbImage;
 use nephroid::measure::SequenceMeter;
 use nephroid::render::{Method, Renderer, Settings};
-use nephroid::scene::{EnvironmentMap, Geometry, LightKind, Scene};
+use nephroid::scene::{EnvironmentMap, Geometry, LightKind, Mesh, Scene};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -234,6 +234,111 @@ fn a_mirror_turns_to_the_light_and_away() {
     }
 }
 
+/// Tiles of a mirror that change places and sizes: the hierarchy over them is built anew, which changes the indices of all
+/// triangles, but not into how many facets each is divided.
+#[test]
+fn tiles_that_change_places_are_as_if_made_there() {
+    const TILES: usize = 48;
+    let tiles = |places: fn(usize) -> (usize, f64)| {
+        let mut scene = ring();
+        let along = DVec3::new(0.4, 0.0, 0.7).normalize();
+        let mut positions = Vec::new();
+        for (place, size) in (0..TILES).map(places) {
+            let corner = (0.0375 * place as f64 - 0.9) * along + 0.3 * DVec3::Y;
+            positions.extend([corner, corner + size * along, corner + size * DVec3::Y]);
+        }
+        scene.objects[0].geometry = Geometry::Mesh(Arc::new(Mesh {
+            normals: vec![along.cross(DVec3::Y); positions.len()],
+            positions,
+            triangles: (0..TILES as u32)
+                .map(|i| [0, 1, 2].map(|corner| 3 * i + corner))
+                .collect(),
+        }));
+        scene
+    };
+    let before = tiles(|i| (i, 0.03));
+    let settings = footprint(4096);
+    let device = Device::open();
+    for (what, after) in [
+        (
+            "smaller tiles",
+            tiles(|i| (29 * i % TILES, [0.03, 0.015][i % 2])),
+        ),
+        (
+            "larger tiles",
+            tiles(|i| (29 * i % TILES, [0.03, 0.06][i % 2])),
+        ),
+    ] {
+        let mut renderer = device.renderer(&before, &settings);
+        renderer.caustic().unwrap();
+        renderer.update(&after).unwrap();
+        let map = floor_of(&mut renderer, &after);
+        let alone = device.caustic(&after, "floor", &settings);
+        assert_error(
+            what,
+            0.005,
+            l1(&map, &alone),
+            l1(&scaled(&map, 1.01), &alone),
+        );
+    }
+}
+
+/// Without a light that meets it again, a convex mirror has no room for such light. It may move and be scaled, but has to stay
+/// convex.
+#[test]
+fn a_mirror_that_becomes_concave_is_refused() {
+    // A box without its bottom; `depth`: by which its top is pulled in at the middle.
+    let dented = |depth: f64| {
+        let mut scene = ring();
+        scene.max_interfaces = 2;
+        let (x, y) = ([-0.3, 0.3, 0.3, -0.3], [0.2, 0.2, -0.2, -0.2]);
+        let ring = |height: f64| (0..4).map(move |i| DVec3::new(x[i], height, y[i]));
+        let top = DVec3::new(0.0, 0.5 - depth, 0.0);
+        let positions: Vec<_> = ring(0.1).chain(ring(0.5)).chain([top]).collect();
+        let sides = (0..4).flat_map(|i| {
+            let next = (i + 1) % 4;
+            [
+                [i, next, 4 + i],
+                [next, 4 + next, 4 + i],
+                [4 + i, 4 + next, 8],
+            ]
+        });
+        scene.objects[0].geometry = Geometry::Mesh(Arc::new(Mesh {
+            normals: (positions.iter())
+                .map(|p| (p - DVec3::Y * 0.2).normalize())
+                .collect(),
+            positions,
+            triangles: sides.collect(),
+        }));
+        scene
+    };
+    let convex = dented(0.0);
+    let device = Device::open();
+    let mut renderer = device.renderer(&convex, &footprint(256));
+    assert!(!renderer.may_chain());
+    renderer
+        .update(&moved(convex.clone(), "ring", 0.7, 0.2 * DVec3::X))
+        .unwrap();
+    renderer.update(&dented(-0.1)).unwrap();
+    let before = floor_of(&mut renderer, &dented(-0.1));
+    let error = renderer.update(&dented(0.3)).unwrap_err();
+    assert!(matches!(error, Error::Usage { .. }), "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("light may now meet object `ring` several times"),
+        "{error}"
+    );
+    assert!(floor_of(&mut renderer, &dented(-0.1)).pixels == before.pixels);
+    assert!(device.renderer(&dented(0.3), &footprint(256)).may_chain());
+    let once = |mut scene: Scene| {
+        scene.max_interfaces = 1;
+        scene
+    };
+    let mut renderer = device.renderer(&once(convex), &footprint(256));
+    renderer.update(&once(dented(0.3))).unwrap();
+}
+
 #[test]
 fn another_scene_is_refused_and_the_last_one_stays() {
     let device = Device::open();
@@ -247,6 +352,10 @@ fn another_scene_is_refused_and_the_last_one_stays() {
     };
     for (other, part) in [
         (pool(), "it had"),
+        (
+            changed(|s| s.max_interfaces += 1),
+            "its max_interfaces differs",
+        ),
         (changed(|s| s.lights.clear()), "it had 2 lights and has 0"),
         (
             changed(|s| s.objects[0].material = 1),

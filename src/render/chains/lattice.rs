@@ -1,19 +1,19 @@
 //! Lattices of rays from the suns, lamps and environment cells to the casters, the first rays of chains. The host chooses
 //! them for every frame from the casters' bounding boxes.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::bodies::Bodies;
 use crate::render::environment::cell::EnvironmentCell;
 use crate::render::environment::cells::subdivide;
-use crate::render::geometry::occlusion::is_convex;
+use crate::render::geometry::occlusion::{MAX_PAIRS_IN_A_FRAME, is_affine_image, is_convex};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::constants::MAX_BANDS;
 use crate::render::gpu_types::{ChainLattice, Light};
 use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
 use crate::render::spectrum::Coordinate;
-use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
+use crate::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -59,6 +59,8 @@ pub struct DeviceLattices {
     pub may_chain: bool,
     /// Whether lattices follow it.
     pub is_needed: bool,
+    /// The mesh of the only caster, where there is no light of chains because it is convex or flat.
+    convex: Option<Arc<Mesh>>,
 }
 
 impl DeviceLattices {
@@ -102,6 +104,36 @@ impl DeviceLattices {
             flux: 0.0,
             may_chain,
             is_needed,
+            convex: match only_caster(scene).map(|object| &object.geometry) {
+                Some(Geometry::Mesh(mesh)) if !may_chain && scene.max_interfaces > 1 => {
+                    Some(mesh.clone())
+                }
+                _ => None,
+            },
+        })
+    }
+
+    /// Checks that there still is no light of chains in `scene` where there was none and so no room for it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where a mirror that was convex or an interface that was flat may not be so any more.
+    pub fn check(&self, scene: &Scene) -> Result<()> {
+        let (Some(known), Some(only)) = (&self.convex, only_caster(scene)) else {
+            return Ok(());
+        };
+        let Geometry::Mesh(mesh) = &only.geometry else {
+            return Ok(());
+        };
+        let is_known = Arc::ptr_eq(known, mesh) || is_affine_image(known, mesh);
+        if is_known || is_convex(mesh, refracts(scene, only), MAX_PAIRS_IN_A_FRAME) {
+            return Ok(());
+        }
+        Err(Error::Usage {
+            reason: format!(
+                "the scene is another than before: light may now meet object `{}` several times",
+                only.name
+            ),
+            remedy: "make a new renderer for it".into(),
         })
     }
 
@@ -247,21 +279,29 @@ fn may_chain(scene: &Scene) -> bool {
     if (scene.objects.iter()).any(|object| disperses(scene, object)) {
         return true;
     }
-    let mut casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
-    let (Some(only), false) = (casters.next(), scene.max_interfaces < 2) else {
+    if scene.max_interfaces < 2 {
         return false;
-    };
-    if casters.next().is_some() {
-        return true;
     }
-    let is_dielectric = matches!(
-        scene.materials[only.material].kind,
+    match only_caster(scene) {
+        None => (scene.objects.iter()).any(|object| starts_chains(scene, object)),
+        Some(only) => match &only.geometry {
+            Geometry::Mesh(mesh) => !is_convex(mesh, refracts(scene, only), MAX_PAIRS),
+            Geometry::Rect(_) | Geometry::Waves(_) => false,
+        },
+    }
+}
+
+/// The object where chains start, if there is but one.
+fn only_caster(scene: &Scene) -> Option<&Object> {
+    let mut casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
+    casters.next().filter(|_| casters.next().is_none())
+}
+
+fn refracts(scene: &Scene, object: &Object) -> bool {
+    matches!(
+        scene.materials[object.material].kind,
         MaterialKind::Dielectric(_)
-    );
-    match &only.geometry {
-        Geometry::Mesh(mesh) => !is_convex(mesh, is_dielectric, MAX_PAIRS),
-        Geometry::Rect(_) | Geometry::Waves(_) => false,
-    }
+    )
 }
 
 /// Lattices that are planned as one: of a light, or of all cells of the environment, to an object.

@@ -19,6 +19,8 @@ const MIN_ROWS: u32 = 64;
 /// Share of the light of a constant rect that counts as displaced, in addition to the light that differs from the mean:
 /// visibility and refraction are evaluated once for the whole cell. 0.25 to 2.5 gave the same results.
 const EVEN_SHARE: f64 = 0.7;
+/// Share of the sum over all pixels that differences of sums may have by rounding alone: where an image is black.
+const ROUNDING: f64 = 1e-12;
 /// Extent of a cell, rad, above which its error is raised: very wide cells have no meaningful centre.
 const MAX_EXTENT: f64 = 1.6;
 
@@ -110,7 +112,10 @@ impl Sums {
             at(left, bottom),
             at(right, bottom),
         ];
-        let [solid_angle, flux, square] = [0, 1, 2].map(|k| (d[k] - b[k] - c[k] + a[k]).max(0.0));
+        let [solid_angle, flux, square] = [0, 1, 2].map(|k| match d[k] - b[k] - c[k] + a[k] {
+            sum if sum > ROUNDING * self.corners[self.corners.len() - 1][k] => sum,
+            _ => 0.0,
+        });
         let up = (bottom - top) as f64 * PI / self.height as f64;
         let across = (right - left) as f64 * TAU / self.width as f64;
         let level = solid_angle / up;
@@ -403,6 +408,37 @@ mod tests {
             covered += 4.0 * cell.half_azimuth * cell.half_sine;
         }
         assert!((covered / (4.0 * PI) - 1.0).abs() < 1e-3, "{covered}");
+    }
+
+    /// Where an image is black there is no cell, and every cell has a direction.
+    #[test]
+    fn black_areas_have_no_cells() {
+        let windows = [[10..50, 20..70], [90..97, 30..31], [130..250, 100..117]];
+        let map = map(128, |x, y| {
+            let is_inside = |[columns, rows]: &[std::ops::Range<u32>; 2]| {
+                columns.contains(&x) && rows.contains(&y)
+            };
+            match windows.iter().position(is_inside) {
+                Some(window) => 0.3 + 17.7 * window as f32,
+                None => 0.0,
+            }
+        });
+        let map = EnvironmentMap {
+            radiance: map.radiance.iter().map(|&[r, ..]| [r; 3]).collect(),
+            ..map
+        };
+        let subdivision = subdivide(&map, &[64, 300]);
+        let of_rects = |rects: &Vec<CellRect>| -> Vec<_> {
+            rects.iter().map(|rect| subdivision.cell(rect)).collect()
+        };
+        let cells = subdivision.rects.iter().map(of_rects);
+        for cells in cells.chain(divide_by_flux(&map, [64, 256])) {
+            let sum: f64 = cells.iter().map(|cell| cell.irradiance.element_sum()).sum();
+            assert!((sum / flux(&map) - 1.0).abs() < 1e-9);
+            for cell in &cells {
+                assert!(cell.irradiance.min_element() > 0.0 && cell.azimuth.is_finite());
+            }
+        }
     }
 
     /// A disc in the environment, nearly the largest that acts as a sun, becomes a light with the covariance of the disc.

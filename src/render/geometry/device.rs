@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
-use crate::render::geometry::occlusion::can_occlude;
+use crate::render::geometry::occlusion::{MAX_PAIRS_IN_A_FRAME, can_occlude};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{Normals, Triangle};
 use crate::scene::{Atlas, Mesh, Scene};
@@ -11,8 +11,6 @@ use std::sync::Arc;
 
 /// Maximum number of pairs of face and vertex to compare, once, to prove that nothing can occlude light.
 const MAX_PAIRS: usize = 200_000_000;
-/// The same limit per frame: about 1 ms.
-const MAX_PAIRS_IN_A_FRAME: usize = 1_000_000;
 
 pub struct DeviceGeometry {
     pub store: TriangleStore,

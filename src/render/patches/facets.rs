@@ -1,11 +1,11 @@
-//! Facets: the casters' triangles, coarse ones divided, with their corners. They depend on the meshes' topology only, so
-//! that a moving scene uploads none.
+//! Facets: the casters' triangles, coarse ones divided, with their corners. How finely is decided once, so that a moving scene
+//! uploads none.
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::constants::FACET_DIVISION_SHIFT;
-use crate::render::gpu_types::{Facet, FacetCorner};
+use crate::render::gpu_types::{Facet, FacetCorner, Triangle};
 use crate::render::settings::{Method, Settings};
 use crate::scene::{Mesh, Scene, same_vertices};
 use std::collections::HashMap;
@@ -29,6 +29,16 @@ pub struct DeviceFacets {
     pub corner_count: u32,
     /// Number of facets of triangles with sides at which the surface ends or bends.
     pub outline_count: u32,
+    /// By triangle of the casters, in the scene's order.
+    divisions: Vec<Division>,
+}
+
+/// How a triangle is divided.
+struct Division {
+    /// Number of facets along an edge.
+    size: u32,
+    /// Share of the outline at which the surface ends or bends.
+    exposed: f32,
 }
 
 impl DeviceFacets {
@@ -43,13 +53,15 @@ impl DeviceFacets {
         store: &TriangleStore,
         settings: &Settings,
     ) -> Result<Self> {
-        let (facets, corners) = facets(scene, store, settings);
+        let divisions = divisions(scene, store, settings);
+        let (facets, corners) = facets(scene, store, &divisions);
         let device = Self {
             facets: Buffer::new(context, "facets", size_of_val(&*facets) as u64)?,
             corners: Buffer::new(context, "facet corners", size_of_val(&*corners) as u64)?,
             facet_count: facets.len() as u32,
             corner_count: corners.len() as u32,
             outline_count: facets.iter().filter(|facet| facet.exposed > 0.0).count() as u32,
+            divisions,
         };
         staging.write(&device.facets, 0, &facets)?;
         staging.write(&device.corners, 0, &corners)?;
@@ -65,49 +77,63 @@ impl DeviceFacets {
         staging: &mut Staging,
         scene: &Scene,
         store: &TriangleStore,
-        settings: &Settings,
     ) -> Result<()> {
-        let (facets, corners) = facets(scene, store, settings);
+        let (facets, corners) = facets(scene, store, &self.divisions);
         staging.write(&self.facets, 0, &facets)?;
         staging.write(&self.corners, 0, &corners)
     }
 }
 
-fn facets(
-    scene: &Scene,
-    store: &TriangleStore,
-    settings: &Settings,
-) -> (Vec<Facet>, Vec<FacetCorner>) {
+fn divisions(scene: &Scene, store: &TriangleStore, settings: &Settings) -> Vec<Division> {
+    let triangles = |object| {
+        let places = store.indices(object).iter();
+        places.map(|&place| &store.triangles[place as usize])
+    };
     let area: f64 = (scene.specular_objects())
-        .flat_map(|(index, _)| store.indices(index))
-        .map(|&place| f64::from(store.triangles[place as usize].area()))
+        .flat_map(|(object, _)| triangles(object))
+        .map(|triangle| f64::from(triangle.area()))
         .sum();
     // The method beams has patches of one size.
     let min_facets = match settings.method {
         Method::Beams => 0.0,
         _ => (FACETS_PER_SAMPLE * f64::from(settings.samples)).min(MAX_FACETS),
     };
+    let division = |(triangle, exposed): (&Triangle, [bool; 3])| {
+        let (along, up) = (triangle.edge1, triangle.edge2);
+        let sides = [along.length(), up.distance(along), up.length()];
+        let bends = (sides.iter().zip(exposed)).map(|(side, exposed)| match exposed {
+            true => *side,
+            false => 0.0,
+        });
+        let share = f64::from(triangle.area()) / area;
+        Division {
+            size: ((min_facets * share).sqrt().round() as u32).clamp(1, MAX_SIZE),
+            exposed: bends.sum::<f32>() / sides.iter().sum::<f32>().max(f32::MIN_POSITIVE),
+        }
+    };
+    (scene.specular_objects())
+        .flat_map(|(index, object)| {
+            triangles(index)
+                .zip(exposed_edges(&object.geometry.mesh()))
+                .map(division)
+        })
+        .collect()
+}
+
+fn facets(
+    scene: &Scene,
+    store: &TriangleStore,
+    divisions: &[Division],
+) -> (Vec<Facet>, Vec<FacetCorner>) {
     let (mut facets, mut corners) = (Vec::new(), Vec::new());
+    let mut divisions = divisions.iter();
     for (index, object) in scene.specular_objects() {
         let mesh = object.geometry.mesh();
-        let exposed = exposed_edges(&mesh);
         // The corner of each vertex of the mesh, where facets share it.
         let mut of_vertex = vec![u32::MAX; mesh.positions.len()];
-        for (number, (vertices, &triangle)) in
-            (mesh.triangles.iter().zip(store.indices(index))).enumerate()
-        {
-            let [along, up] = [
-                store.triangles[triangle as usize].edge1,
-                store.triangles[triangle as usize].edge2,
-            ];
-            let sides = [along.length(), up.distance(along), up.length()];
-            let exposed = (sides.iter().zip(exposed[number]))
-                .map(|(side, exposed)| if exposed { *side } else { 0.0 })
-                .sum::<f32>()
-                / sides.iter().sum::<f32>().max(f32::MIN_POSITIVE);
-            let share = f64::from(store.triangles[triangle as usize].area()) / area;
-            let size = (min_facets * share).sqrt().round().min(MAX_SIZE.into()) as u32;
-            let size = size.max(1);
+        let triangles = mesh.triangles.iter().zip(store.indices(index));
+        for ((vertices, &triangle), division) in triangles.zip(&mut divisions) {
+            let &Division { size, exposed } = division;
             let mut of_point = HashMap::new();
             let mut corner = |i: u32, j: u32| {
                 let vertex = match (i, j) {

@@ -48,10 +48,7 @@ pub fn environment_light(
                 "environment rays",
                 tile.environment_threads(),
                 first,
-                |r, rect| {
-                    direct.record_environment_rays(r, tile, part, rect);
-                    next(r);
-                },
+                |r, rect| direct.record_environment_rays(r, tile, part, rect),
             )?;
         }
     }
@@ -61,10 +58,7 @@ pub fn environment_light(
             "smooth environment",
             tile.environment_size(),
             first,
-            |r, rect| {
-                direct.record_smooth_environment(r, tile, rect);
-                next(r);
-            },
+            |r, rect| direct.record_smooth_environment(r, tile, rect),
         )?;
     }
     each_listed(
@@ -73,10 +67,7 @@ pub fn environment_light(
         &direct.sharp_texels,
         0,
         first_sharp,
-        |r, items| {
-            direct.record_sharp_environment(r, scene, items);
-            next(r);
-        },
+        |r, items| direct.record_sharp_environment(r, scene, items),
     )?;
     let [_, mapped] = &scene.surfaces.points.ranges;
     points_light(
@@ -99,22 +90,18 @@ fn points_light(
     first: u64,
 ) -> Result<()> {
     each_range(recorder, pass, points.traced.clone(), first, |r, points| {
-        direct.record_points(r, scene, is_mapped, points);
-        next(r);
+        direct.record_points(r, scene, is_mapped, points)
     })?;
     each_range(
         recorder,
         "copy points",
         points.copies.clone(),
         LISTED_GROUPS,
-        |r, copies| {
-            direct.record_copies(r, copies);
-            next(r);
-        },
+        |r, copies| direct.record_copies(r, copies),
     )
 }
 
-/// Between two computations.
+/// Between two computations. [`each_rect`], [`each_range`] and [`each_listed`] end in it.
 fn next(recorder: &mut Recorder) {
     recorder.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
 }
@@ -136,14 +123,10 @@ pub fn direct_light(
             "classify blocks",
             blocks.clone(),
             first,
-            |r, blocks| {
-                direct.record_classify(r, scene, blocks);
-                next(r);
-            },
+            |r, blocks| direct.record_classify(r, scene, blocks),
         )?;
         each_range(recorder, "list blocks", blocks, first, |r, blocks| {
-            direct.record_list_blocks(r, scene, blocks);
-            next(r);
+            direct.record_list_blocks(r, scene, blocks)
         })?;
     }
     let [unmapped, _] = &scene.surfaces.points.ranges;
@@ -162,32 +145,27 @@ pub fn direct_light(
             "direct atlas"
         };
         each_rect(recorder, pass, tile.tile.size, first, |r, rect| {
-            direct.record(r, scene, tile, rect);
-            next(r);
+            direct.record(r, scene, tile, rect)
         })?;
     }
-    each_listed(
-        recorder,
-        "mixed blocks",
-        &direct.blocks,
-        0,
-        first,
-        |r, items| {
-            direct.record_mixed_blocks(r, scene, items);
-            next(r);
-        },
-    )?;
-    each_listed(
-        recorder,
-        "penumbra",
-        &direct.texels,
-        0,
-        first,
-        |r, items| {
-            direct.record_penumbra(r, scene, items);
-            next(r);
-        },
-    )?;
+    if scene.lights.scene_count > 0 {
+        each_listed(
+            recorder,
+            "mixed blocks",
+            &direct.blocks,
+            0,
+            first,
+            |r, items| direct.record_mixed_blocks(r, scene, items),
+        )?;
+        each_listed(
+            recorder,
+            "penumbra",
+            &direct.texels,
+            0,
+            first,
+            |r, items| direct.record_penumbra(r, scene, items),
+        )?;
+    }
     let meshes = tiles
         .iter()
         .filter(|tile| !tile.is_rect())
@@ -220,14 +198,12 @@ pub fn view(
             r.barrier(Access::DRAW.and(MAPS), Access::COMPUTE);
         })?;
         each_rect(recorder, "list pixels", tile.1, LISTED_GROUPS, |r, rect| {
-            view.record_list(r, scene, camera, tile, rect);
-            r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+            view.record_list(r, scene, camera, tile, rect)
         })?;
         for (list, pass) in [(0, "reflections"), (1, "edges")] {
             let first = first_groups(view.rays(scene, list));
             each_listed(recorder, pass, &view.pixels, list, first, |r, items| {
-                view.record_shade(r, scene, camera, tile, (list, items));
-                r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
+                view.record_shade(r, scene, camera, tile, (list, items))
             })?;
             if list == 0 && view.side > 1 {
                 each_listed(
@@ -236,10 +212,7 @@ pub fn view(
                     &view.pixels,
                     0,
                     LISTED_GROUPS,
-                    |r, items| {
-                        view.record_contrast(r, scene, camera, tile, items);
-                        r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE);
-                    },
+                    |r, items| view.record_contrast(r, scene, camera, tile, items),
                 )?;
             }
         }
@@ -274,6 +247,7 @@ fn each_listed(
             list.record_plan(r);
             r.barrier(Access::COMPUTE_WRITE, Access::INDIRECT_READ);
             record(r, Items::All);
+            next(r);
         });
     }
     let count = list.count(recorder, index as usize)?;
@@ -285,7 +259,10 @@ fn each_listed(
             first,
             (limit * per_group).min(u64::from(count - first)) as u32,
         );
-        r.pass(pass, |r| record(r, items))?;
+        r.pass(pass, |r| {
+            record(r, items);
+            next(r);
+        })?;
         Ok(limit)
     })
 }
@@ -302,7 +279,10 @@ fn each_range(
     recorder.tiled(pass, total, POINT_GROUP * first, |r, done, limit| {
         let limit = limit.min(MAX_POINTS);
         let [start, end] = [done, done + limit].map(|unit| units.start + unit as u32);
-        r.pass(pass, |r| record(r, start..end))?;
+        r.pass(pass, |r| {
+            record(r, start..end);
+            next(r);
+        })?;
         Ok(limit)
     })
 }
@@ -317,7 +297,10 @@ fn each_rect(
 ) -> Result<()> {
     recorder.tiled(pass, group_count(size), first, |r, done, limit| {
         let rect = GroupRect::of(size, done, limit);
-        r.pass(pass, |r| record(r, rect))?;
+        r.pass(pass, |r| {
+            record(r, rect);
+            next(r);
+        })?;
         Ok(rect.count())
     })
 }
