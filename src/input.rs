@@ -41,6 +41,15 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     Ok(content)
 }
 
+/// The text of a regular file of at most 16 MiB.
+///
+/// # Errors
+/// [`Error::Input`], also where it is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read(path, 16 << 20)?)
+        .map_err(|e| refused(path, &format!("not UTF-8 text: {e}"), "name a text file"))
+}
+
 /// An error of a whole file.
 pub fn refused(path: &Path, reason: &str, remedy: &str) -> Error {
     Error::Input {

@@ -87,7 +87,7 @@
 //! # Features
 //!
 //! `cli`, on by default, adds the program and the modules that only it and the tests need: [`mod@reference`] and [`measure`]. A
-//! host application leaves it out by `default-features = false`, and builds less than half as many crates.
+//! host application leaves it out by `default-features = false`, and builds about half as many crates.
 //! `viewer` adds the window of the program, `nephroid view`; it is a host of the library (`docs/viewer.md`).
 //! `bundled-shaderc` compiles the shaders where no `glslc` is installed.
 
@@ -95,7 +95,7 @@ pub mod error;
 pub mod flux_balance;
 pub mod gpu;
 pub mod image_file;
-mod input;
+pub mod input;
 mod math;
 #[cfg(feature = "cli")]
 pub mod measure;

@@ -55,6 +55,8 @@ pub struct Scene {
     pub textures: Vec<Arc<Texture>>,
 }
 
+/// Exposures that a camera may have, EV.
+pub const EXPOSURES_EV: std::ops::RangeInclusive<f64> = -64.0..=64.0;
 /// [`Scene::max_interfaces`] where a scene does not say.
 pub const DEFAULT_MAX_INTERFACES: u32 = 16;
 
@@ -67,7 +69,7 @@ pub struct Camera {
     pub target: DVec3,
     /// Vertical field of view, rad.
     pub fov: f64,
-    /// The picture is multiplied by 2^exposure_ev before tone mapping.
+    /// One of [`EXPOSURES_EV`]: the picture is multiplied by 2^exposure_ev before tone mapping.
     pub exposure_ev: f64,
 }
 

@@ -102,7 +102,7 @@ pub fn keys(context: &Context, state: &mut State) {
     ] {
         if pressed(Modifiers::NONE, key) {
             let exposure_ev = state.camera().exposure_ev + step;
-            state.document.history.now.exposure_ev = Some(exposure_ev);
+            state.document.history.now.set_exposure(exposure_ev);
         }
     }
     for (key, steps) in [(Key::Comma, -1.0), (Key::Period, 1.0)] {

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use nephroid::glam;
-use nephroid::scene::{Camera, Geometry, LightKind, MaterialKind, Scene, Similarity};
+use nephroid::scene::{Camera, EXPOSURES_EV, Geometry, LightKind, MaterialKind, Scene, Similarity};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -86,6 +86,11 @@ pub fn same_view(a: &Camera, b: &Camera) -> bool {
 }
 
 impl Edits {
+    /// Sets the exposure to the nearest one that a scene file may have.
+    pub fn set_exposure(&mut self, exposure_ev: f64) {
+        self.exposure_ev = Some(exposure_ev.clamp(*EXPOSURES_EV.start(), *EXPOSURES_EV.end()));
+    }
+
     /// The scene with these values. Objects are turned about `pivots`.
     pub fn apply(&self, scene: &mut Scene, pivots: &[DVec3]) {
         if let Some(camera) = &self.camera {
@@ -268,6 +273,8 @@ mod tests {
         history.redo();
         history.redo();
         assert_eq!(history.now.exposure_ev, Some(7.0));
+        history.now.set_exposure(1e308);
+        assert_eq!(history.now.exposure_ev, Some(64.0));
         history.undo();
         exposed(&mut history, 9.0);
         history.settle();

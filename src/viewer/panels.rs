@@ -122,7 +122,7 @@ fn camera(ui: &mut Ui, state: &mut State, scene: &Scene) {
     if slide(ui, &mut exposure_ev, -10.0..=10.0, |s| {
         s.suffix(" EV").text("exposure")
     }) {
-        state.document.history.now.exposure_ev = Some(exposure_ev);
+        state.document.history.now.set_exposure(exposure_ev);
     }
     let mut fov = scene.camera.fov;
     if slide_angle(ui, &mut fov, 5.0..=120.0, "vertical field of view") {
@@ -205,9 +205,13 @@ fn materials(ui: &mut Ui, state: &mut State, scene: &Scene) {
                 ior,
                 absorption,
                 thin,
+                dispersion,
                 ..
             }) => {
-                slide(ui, ior, 1.0..=3.0, |s| s.text("index of refraction"));
+                match dispersion {
+                    Some(_) => drop(ui.label("index of refraction: as the glass disperses light")),
+                    None => drop(slide(ui, ior, 1.0..=3.0, |s| s.text("index of refraction"))),
+                }
                 if !*thin {
                     triple(ui, "absorption", absorption, 0.0, 0.1, "1/m");
                 }

@@ -257,7 +257,7 @@ fn set(state: &mut State, name: &str, value: &str) -> Result<(), String> {
         "frame-rate" => quality.frame_rate = number(value)?.clamp(0.0, 1000.0) as f32,
         "light-maps" => quality.light_map_scale = number(value)?.clamp(0.01, 16.0),
         "refine" => quality.refines = switch(value)?,
-        "exposure" => state.document.history.now.exposure_ev = Some(number(value)?),
+        "exposure" => state.document.history.now.set_exposure(number(value)?),
         "panels" => state.windows.panels = switch(value)?,
         "profiler" => state.windows.profiler = switch(value)?,
         "loop" => state.playback.loops = switch(value)?,

@@ -6,9 +6,9 @@ use super::toml_writer::{Writer, rounded, set, triple};
 use glam::{DQuat, DVec3};
 use nephroid::output::write_atomically;
 use nephroid::scene::{Dielectric, Geometry, LightKind, MaterialKind, Rect};
-use nephroid::{Error, Result, glam};
+use nephroid::{Error, Result, glam, input};
 use std::path::{Path, PathBuf};
-use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, TableLike, Value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, TableLike, Value};
 
 /// Writes the scene with its edits to `path`, in the folder of the scene: its files are found from there. What could not be
 /// saved, a sentence each.
@@ -39,8 +39,7 @@ pub fn save(document: &Document, path: &Path) -> Result<Vec<String>> {
         reason,
         remedy: "mend the scene file before saving".into(),
     };
-    let text =
-        std::fs::read_to_string(&document.path).map_err(|error| broken(error.to_string()))?;
+    let text = input::read_text(&document.path)?;
     let (text, notes) = edited(document, &text).map_err(broken)?;
     write_atomically(path, text.as_bytes())?;
     Ok(notes)
@@ -152,11 +151,18 @@ fn edited(document: &Document, text: &str) -> Result<(String, Vec<String>), Stri
 
 /// The table of an array whose `name` is this.
 fn named<'a>(file: &'a mut DocumentMut, array: &str, name: &str) -> Option<&'a mut dyn TableLike> {
-    let tables: &mut ArrayOfTables = file.get_mut(array)?.as_array_of_tables_mut()?;
-    let is_named =
-        |table: &toml_edit::Table| table.get("name").and_then(Item::as_str) == Some(name);
-    let index = tables.iter().position(is_named)?;
-    Some(tables.get_mut(index)?)
+    let is_named = |table: &dyn TableLike| table.get("name").and_then(Item::as_str) == Some(name);
+    match file.get_mut(array)? {
+        Item::ArrayOfTables(tables) => {
+            let index = tables.iter().position(|table| is_named(table))?;
+            Some(tables.get_mut(index)?)
+        }
+        Item::Value(Value::Array(values)) => (values.iter_mut())
+            .filter_map(Value::as_inline_table_mut)
+            .find(|table| is_named(*table))
+            .map(|table| table as &mut dyn TableLike),
+        _ => None,
+    }
 }
 
 fn light(mut writer: Writer, before: &LightKind, now: &LightKind) {
@@ -436,6 +442,23 @@ mod tests {
                 assert!(p.distance(*q) < 1e-7, "{}: {p} {q}", a.name);
             }
         }
+    }
+
+    /// Lights in one line are saved as well.
+    #[test]
+    fn inline_tables_are_edited() {
+        let text = "light = [{ name = \"lamp\", kind = \"sun\", direction = [0, 2, 1], irradiance = [1, 1, 1], \
+                    angular_radius_degrees = 0.0 }] # above\n\
+                    [camera]\nposition = [0, 1, 3]\ntarget = [0, 0, 0]\nfov_degrees = 40\n";
+        let mut file: DocumentMut = text.parse().unwrap();
+        assert!(named(&mut file, "light", "sun").is_none());
+        let table = named(&mut file, "light", "lamp").unwrap();
+        set(table, "angular_radius_degrees", Value::from(0.5));
+        let expected = text.replace(
+            "angular_radius_degrees = 0.0",
+            "angular_radius_degrees = 0.5",
+        );
+        assert_eq!(file.to_string(), expected);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::loss::Loss;
 use egui::{
     Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2, pos2, vec2,
 };
-use nephroid::{Error, Result};
+use nephroid::{Error, Result, input};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -64,14 +64,9 @@ impl Script {
     /// Reads a script.
     ///
     /// # Errors
-    /// [`Error::Input`] with the line that is no command.
+    /// [`Error::Input`], with the line that is no command.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::Input {
-            file: path.to_owned(),
-            place: None,
-            reason: format!("it cannot be read: {error}"),
-            remedy: "name a script, as docs/viewer.md describes".into(),
-        })?;
+        let text = input::read_text(path)?;
         let mut commands = Vec::new();
         for (index, line) in text.lines().enumerate() {
             let line = line.trim();
@@ -162,7 +157,10 @@ fn parse(line: &str) -> Result<Vec<Command>, String> {
         }
         ("set", [name, value]) => one(Command::Set((*name).into(), (*value).into())),
         ("select", [_, ..]) => one(Command::Select(rest.into())),
-        ("time", [seconds]) => one(Command::Time(number(seconds)?.into())),
+        ("time", [seconds]) => one(Command::Time(
+            (seconds.parse().ok().filter(|s: &f64| s.is_finite()))
+                .ok_or_else(|| format!("`{seconds}` is not a number"))?,
+        )),
         ("play", []) => one(Command::Play(true)),
         ("pause", []) => one(Command::Play(false)),
         ("open", [_, ..]) => one(Command::Open(rest.into())),
@@ -308,6 +306,7 @@ mod tests {
             [Command::Move(pos2(10.0, 20.5))]
         );
         assert_eq!(parse("drag left 0 0 10 0 5").unwrap().len(), 4 + 2 * 5 + 2);
+        assert_eq!(parse("time 0.1").unwrap(), [Command::Time(0.1)]);
         assert_eq!(parse("expect no error").unwrap(), [Command::ExpectNoError]);
         assert_eq!(
             parse("screenshot a b.png").unwrap()[0],
