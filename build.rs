@@ -93,8 +93,8 @@ fn compile_all() -> Result<(), String> {
     let mut messages = String::new();
     for source in &sources {
         let compiled = (compile(&compiler, source, None)).and_then(|words| {
-            let in_storage = compile(&compiler, source, Some(WITHOUT_TEXEL_BUFFERS))?;
-            describe(source, [&words, &in_storage], &mut table, &mut layouts)
+            let in_storage = || compile(&compiler, source, Some(WITHOUT_TEXEL_BUFFERS));
+            describe(source, &words, in_storage, &mut table, &mut layouts)
         });
         if let Err(message) = compiled {
             messages += message.trim_end();
@@ -320,7 +320,8 @@ fn constant(source: &Path) -> String {
 /// As [`Interface::of`].
 fn describe(
     source: &Path,
-    [words, in_storage]: [&[u32]; 2],
+    words: &[u32],
+    in_storage: impl FnOnce() -> Result<Vec<u32>, String>,
     table: &mut String,
     layouts: &mut Layouts,
 ) -> Result<(), String> {
@@ -337,8 +338,8 @@ fn describe(
     } = interface;
     layouts.extend(structs);
     let in_storage = match bindings.iter().any(|(_, _, kind)| *kind == "TexelBuffer") {
-        true => in_storage,
-        false => &[],
+        true => in_storage()?,
+        false => Vec::new(),
     };
     let constant = constant(source);
     writeln!(table, "/// `{}`", source.display()).unwrap();

@@ -44,7 +44,14 @@ const PIXEL_BYTES: u64 = 16 + 12 + 12;
 /// is not finite; the message names the pixel.
 pub fn read_rgb(path: &Path) -> Result<RgbImage> {
     let content = input::read(path, MAX_BYTES)?;
-    let image = decode_exr(path, content, [MAX_SIDE; 2], PIXEL_BYTES)?;
+    finite(path, decode_exr(path, content, [MAX_SIDE; 2], PIXEL_BYTES)?)
+}
+
+/// The image of a file, if all its values are finite.
+///
+/// # Errors
+/// [`Error::Input`] that names the pixel.
+pub fn finite(path: &Path, image: RgbImage) -> Result<RgbImage> {
     if let Some([x, y]) = image.first_not_finite() {
         return Err(Error::Input {
             file: path.to_owned(),

@@ -1,6 +1,6 @@
 //! `nephroid compare`: errors of an image or a sequence.
 
-use super::files::exposure_of;
+use super::files::{exposure_of, has_extension};
 use super::terminal::{log_some, print, print_json};
 use clap::Args;
 use nephroid::image_file::{read_comment, read_rgb};
@@ -186,7 +186,7 @@ fn frames(folder: &Path) -> Result<Vec<OsString>> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| input(e.to_string()))? {
         let path = entry.map_err(|e| input(e.to_string()))?.path();
-        if path.extension().is_some_and(|extension| extension == "exr") {
+        if has_extension(&path, "exr") {
             names.extend(path.file_name().map(OsString::from));
         }
     }

@@ -45,7 +45,7 @@ pub struct Arguments {
     /// WIDTHxHEIGHT
     #[arg(long)]
     lightmap: Option<LightMapSize>,
-    /// Stop after about this many rays, at least one round of about a million, even if the error is larger than
+    /// Stop after about this many rays, at least one round of about a quarter of a million per light, even if the error is larger than
     /// requested
     #[arg(long, default_value_t = Options::default().max_samples, value_parser = clap::value_parser!(u64).range(1..))]
     max_samples: u64,

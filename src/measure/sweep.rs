@@ -344,7 +344,9 @@ pub fn sweep(
         reason: format!("scene {name}: {reason}"),
         remedy: "leave the scene out, or choose another receiver".into(),
     };
-    if reference.received_flux.iter().sum::<f64>() <= 0.0 {
+    // In the 32 bits of the maps that are compared.
+    let is_lit = |&value: &f64| value >= 3.0 * f64::from(f32::MIN_POSITIVE);
+    if !reference.irradiance.as_flattened().iter().any(is_lit) {
         return Err(useless(format!(
             "no mirror sends light to `{receiver_name}`"
         )));

@@ -3,7 +3,7 @@
 
 use super::compare::{Texel, check, worst};
 use crate::error::{Error, Result};
-use crate::image_file::{RgbImage, decode_exr};
+use crate::image_file::{RgbImage, decode_exr, finite};
 use crate::input;
 use crate::scene::{covered, memory, read_texture};
 use serde::Serialize;
@@ -39,7 +39,10 @@ pub fn read_target(path: &Path, warnings: &mut Vec<String>) -> Result<RgbImage> 
     const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
     let content = input::read(path, MAX_BYTES)?;
     if content.starts_with(&EXR_MAGIC) {
-        return decode_exr(path, content, [MAX_SIDE; 2], memory::PIXEL);
+        return finite(
+            path,
+            decode_exr(path, content, [MAX_SIDE; 2], memory::PIXEL)?,
+        );
     }
     drop(content);
     let texture = read_texture(path, warnings)?;

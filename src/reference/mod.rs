@@ -48,7 +48,7 @@ mod view;
 mod visibility;
 
 use crate::error::{Error, Result};
-use crate::scene::{Scene, light_map_side};
+use crate::scene::{Scene, light_map_side, memory};
 use gather::Gathering;
 use lights::Emitter;
 use problem::{Chains, Problem, receiver_of};
@@ -146,5 +146,12 @@ fn check(texels: [u32; 2], options: &Options) -> Result<()> {
             });
         }
     }
+    let count = texels.map(u64::from).iter().product::<u64>();
+    memory::check(&format!("{count} texels"), count * memory::REFERENCE_TEXEL).map_err(
+        |reason| Error::Usage {
+            reason,
+            remedy: "ask for fewer texels".into(),
+        },
+    )?;
     check_error(options)
 }

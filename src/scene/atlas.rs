@@ -9,7 +9,7 @@
 //! A texel stands for the part of the mesh that lies in it. Texels of which a chart covers less than
 //! [`LEAST_COVER`] are left out, as an average over a sliver says nothing.
 
-use super::{Geometry, Mesh, Object};
+use super::{Geometry, Mesh, Object, memory};
 use crate::error::Error;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -95,7 +95,7 @@ impl Atlas {
     /// coordinates were not used.
     ///
     /// # Errors
-    /// Where the mesh cannot be unwrapped or the map is too small for it.
+    /// Where the mesh cannot be unwrapped, the map is too small for it, or memory is for the map.
     ///
     /// # Panics
     /// Where the object has no mesh.
@@ -107,6 +107,14 @@ impl Atlas {
             Some(unwrapping) => (&unwrapping.rest, unwrapping.own.as_slice()),
             None => (mesh, [].as_slice()),
         };
+        let problem = |(reason, remedy)| NoLayout {
+            object: object.name.clone(),
+            reason,
+            remedy,
+        };
+        let texels = size.map(u64::from).iter().product::<u64>();
+        memory::check(&format!("{texels} texels"), texels * memory::TEXEL)
+            .map_err(|reason| problem((reason, "lower the size".into())))?;
         let mut warning = None;
         if !own.is_empty() {
             match Self::new(rest, own.to_vec(), size) {
@@ -121,11 +129,6 @@ impl Atlas {
                 }
             }
         }
-        let problem = |(reason, remedy)| NoLayout {
-            object: object.name.clone(),
-            reason,
-            remedy,
-        };
         let corners = unwrap(rest, size).map_err(problem)?;
         let atlas = Self::new(rest, corners, size).map_err(|flaw| problem((
             format!(

@@ -50,8 +50,8 @@ use super::file::{
 pub use super::materials::METALS;
 use super::materials::{self, Textures};
 use super::{
-    AlbedoMap, Animation, Camera, DEFAULT_MAX_INTERFACES, EnvironmentMap, Geometry, Light,
-    LightKind, MAX_RADIANCE, Material, Object, Rect, Scene, Sine, Unwrapping, Waves,
+    AlbedoMap, Animation, Camera, DEFAULT_MAX_INTERFACES, EXPOSURES_EV, EnvironmentMap, Geometry,
+    Light, LightKind, MAX_RADIANCE, Material, Object, Rect, Scene, Sine, Unwrapping, Waves,
 };
 use super::{environment, keyframes, light_map_side, memory, mesh, obj, skin};
 use crate::error::Result;
@@ -64,8 +64,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
 
-/// Bytes of a scene file.
-const MAX_BYTES: u64 = 16 << 20;
 /// Longer side of a light map of the size "auto" before its size is chosen, texels.
 const NOMINAL_SIDE: u32 = 256;
 /// Quads of waves along a side, and in all.
@@ -101,14 +99,7 @@ pub struct Loaded {
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) that names file, line and column.
 pub fn load(path: &Path) -> Result<Loaded> {
-    let content = input::read(path, MAX_BYTES)?;
-    let text = String::from_utf8(content).map_err(|e| {
-        refused(
-            path,
-            &format!("not UTF-8 text: {e}"),
-            "name a scene file in TOML",
-        )
-    })?;
+    let text = input::read_text(path)?;
     let source = Source { path, text: &text };
     let entry = source.parse()?;
     let mut loader = Loader {
@@ -588,9 +579,6 @@ impl<'a> Loader<'a> {
                 continue;
             };
             any = true;
-            let texels = size.map(u64::from).iter().product::<u64>();
-            (memory::check(&format!("{texels} texels"), texels * memory::TEXEL))
-                .map_err(|reason| section.error(place.clone(), &reason, "lower the size"))?;
             let (_, warning) = Atlas::of(&moving.object, size)
                 .map_err(|e| section.error(place.clone(), &e.reason, &e.remedy))?;
             let file = self.source.path.display();
@@ -708,7 +696,7 @@ fn camera(section: &Section, entry: &CameraEntry) -> Result<Camera> {
         return Err(section.error(section.span.clone(), reason, remedy));
     }
     let fov = section.number("fov_degrees", &entry.fov_degrees, 0.001..=179.999)?;
-    let exposure_ev = section.number_or(0.0, "exposure_ev", &entry.exposure_ev, -64.0..=64.0)?;
+    let exposure_ev = section.number_or(0.0, "exposure_ev", &entry.exposure_ev, EXPOSURES_EV)?;
     Ok(Camera {
         position,
         target,

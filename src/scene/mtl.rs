@@ -2,6 +2,7 @@
 
 use super::asset::AssetRoot;
 use super::glass::IOR;
+use super::obj_text::statement;
 use super::{Dielectric, MaterialKind};
 use crate::error::Result;
 use crate::input::{self, at_line};
@@ -33,10 +34,9 @@ pub fn plain(
     let mut plain = String::new();
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let line = line.trim();
-        let mut words = line.split_whitespace();
-        let keyword = words.next().unwrap_or("#");
-        let rest: Vec<&str> = words.collect();
-        let opaque = || rest.first().and_then(|d| d.parse().ok()) == Some(1.0);
+        let (keyword, text) = statement(line);
+        let rest: Vec<&str> = text.split_whitespace().collect();
+        let all = |value: f64| rest.iter().all(|word| word.parse() == Ok(value));
         let well_formed = match keyword {
             "Kd" | "Ks" => rest.len() == 3 && rest.iter().all(|c| c.parse::<f64>().is_ok()),
             "Ni" => rest.len() == 1 && rest[0].parse::<f64>().is_ok(),
@@ -58,7 +58,12 @@ pub fn plain(
                 continue;
             }
             _ => {
-                if keyword.starts_with("map_") || keyword == "d" && !opaque() {
+                let is_plain = match keyword {
+                    "d" => all(1.0),
+                    "Tr" | "Ke" => all(0.0),
+                    _ => !keyword.starts_with("map_"),
+                };
+                if !is_plain {
                     let (path, line) = (path.display(), index + 1);
                     warnings.push(format!(
                         "{path}: line {line}: `{keyword}` is not supported and left out"
@@ -76,7 +81,7 @@ pub fn plain(
                 "export the materials again",
             ));
         }
-        plain += &format!("{keyword} {}\n", rest.join(" "));
+        plain += &format!("{keyword} {text}\n");
     }
     Ok(plain)
 }

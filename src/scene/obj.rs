@@ -3,7 +3,7 @@
 use super::asset::AssetRoot;
 use super::mesh::{Soup, first_of_equals, keep, places, unit};
 use super::mtl::{self, Map};
-use super::obj_text::{Contents, Corner, NONE};
+use super::obj_text::{Contents, Corner, NONE, statement};
 use super::{MaterialKind, Mesh, memory};
 use crate::error::Result;
 use crate::input::{self, at_line, refused};
@@ -167,9 +167,9 @@ fn read_file(
 ) -> Result<Content> {
     let merge = to_follow.is_none();
     let content = input::read(path, MAX_BYTES)?;
-    check_size(path, &content, to_follow.unwrap_or(0))?;
     // Old files have comments in other encodings; all that matters is ASCII.
     let text = String::from_utf8_lossy(&content);
+    check_size(path, &text, to_follow.unwrap_or(0))?;
     let mut contents = Contents::of(path, text.trim_start_matches('\u{feff}'))?;
     let (materials, maps) = match use_mtl {
         true => read_materials(path, root, &contents, warnings)?,
@@ -320,14 +320,11 @@ fn read_file(
 }
 
 /// Before any memory is taken for what the file holds.
-fn check_size(path: &Path, content: &[u8], frames_to_follow: u64) -> Result<()> {
-    let triangles: u64 = (content.split(|byte| *byte == b'\n'))
-        .map(|line| {
-            let mut words = (line.split(u8::is_ascii_whitespace)).filter(|word| !word.is_empty());
-            match words.next() {
-                Some(b"f") => (words.count() as u64).saturating_sub(2),
-                _ => 0,
-            }
+fn check_size(path: &Path, text: &str, frames_to_follow: u64) -> Result<()> {
+    let triangles: u64 = (text.lines())
+        .map(|line| match statement(line) {
+            ("f", corners) => (corners.split_whitespace().count() as u64).saturating_sub(2),
+            _ => 0,
         })
         .sum();
     if triangles > MAX_TRIANGLES {

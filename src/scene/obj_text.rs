@@ -57,13 +57,25 @@ pub struct Contents<'a> {
     material: Option<u32>,
 }
 
+/// The keyword of a line of an OBJ or MTL file and what follows it, without the comment behind numbers. Names may have a `#`.
+pub fn statement(line: &str) -> (&str, &str) {
+    let line = line.trim();
+    let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+    match keyword {
+        "v" | "vn" | "vt" | "f" | "Kd" | "Ks" | "Ni" | "illum" | "d" | "Tr" | "Ke" => {
+            (keyword, rest.split('#').next().unwrap_or_default().trim())
+        }
+        _ => (keyword, rest.trim_start()),
+    }
+}
+
 impl<'a> Contents<'a> {
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) with the line.
     pub fn of(path: &Path, text: &'a str) -> Result<Self> {
         let mut contents = Self::default();
         for (index, line) in text.lines().enumerate() {
-            contents.add(index + 1, line.trim()).map_err(|reason| {
+            contents.add(index + 1, line).map_err(|reason| {
                 at_line(
                     path,
                     index + 1,
@@ -108,8 +120,7 @@ impl<'a> Contents<'a> {
     }
 
     fn add(&mut self, number: usize, line: &'a str) -> Result<(), String> {
-        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        let rest = rest.trim_start();
+        let (keyword, rest) = statement(line);
         match keyword {
             // Four numbers are homogeneous coordinates; of six the last are a colour.
             "v" => self.positions.push(vector(rest, &[3, 4, 6])?),

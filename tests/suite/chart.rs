@@ -209,6 +209,14 @@ fn what_cannot_work_is_refused_before_the_work() {
         3,
         &["peers.json, line 3"],
     );
+    let slow = r#"{"schema": 1, "peers": [{"name": "a", "version": "1", "hardware": "b", "scene": "mirror",
+        "seconds": 1e300, "error": 0.1}]}"#;
+    std::fs::write(&peers, slow).unwrap();
+    refuses(
+        one(&mirror).arg("--peers").arg(&peers),
+        3,
+        &["entry 1 (a), seconds", "1e300 is not from 1e-9 to 1e9"],
+    );
     refuses(one(&mirror).arg("--peers=none.json"), 3, &["none.json"]);
     refuses(one(&mirror).arg("--device=none"), 4, &["none"]);
     let file = folder.path().join("file");
@@ -221,7 +229,7 @@ fn what_cannot_work_is_refused_before_the_work() {
     let taken = folder.path().join("taken");
     std::fs::create_dir_all(taken.join("chart.csv")).unwrap();
     refuses(
-        &mut chart(&cache, &[mirror], &taken),
+        &mut chart(&cache, std::slice::from_ref(&mirror), &taken),
         2,
         &["chart.csv", "it is a folder"],
     );
@@ -234,6 +242,17 @@ fn what_cannot_work_is_refused_before_the_work() {
         !cache.join("nephroid/references").exists(),
         "it began the work"
     );
+    // In the 32 bits of light maps this light is none, which only the reference tells.
+    let faint = folder.path().join("faint.toml");
+    let text = std::fs::read_to_string(&mirror).unwrap();
+    let lines = text
+        .lines()
+        .map(|line| match line.starts_with("irradiance") {
+            true => "irradiance = [1e-50, 1e-50, 1e-50]",
+            false => line,
+        });
+    std::fs::write(&faint, lines.collect::<Vec<_>>().join("\n")).unwrap();
+    refuses(&mut one(&faint), 2, &["no mirror sends light"]);
 }
 
 /// What a sweep of the mirror's floor needs.

@@ -105,6 +105,13 @@ fn views_have_standard_errors_and_are_compared_by_flip() {
     json(command.args(["--size", "8x8", "--frames", "0-1"]));
     let report = json(&mut compare(&frames, &frames));
     assert_eq!(report["flip"]["worst_frame"], "v.0001.exr");
+    // The extension may be in capitals.
+    for frame in std::fs::read_dir(&frames).unwrap() {
+        let frame = frame.unwrap().path();
+        std::fs::rename(&frame, frame.with_extension("EXR")).unwrap();
+    }
+    let report = json(&mut compare(&frames, &frames));
+    assert_eq!(report["flip"]["worst_frame"], "v.0001.EXR");
     let map = grey(folder.path(), "map.exr", 2, 1.0);
     assert!(json(&mut compare(&map, &map))["flip"].is_null());
     let text = compare(&map, &map).assert().success();

@@ -68,15 +68,7 @@ fn fan(triangles: usize) -> String {
 fn a_mesh_that_memory_does_not_suffice_for_is_refused() {
     let folder = Folder::new();
     folder.write("part.obj", fan(3_000_000));
-    let with_limit = |kib: &str| {
-        let mut shell = assert_cmd::Command::new("sh");
-        shell
-            .args(["-c", "ulimit -v $0 && exec \"$@\"", kib])
-            .arg(assert_cmd::cargo::cargo_bin("nephroid"))
-            .args(["reference", "-o"])
-            .args([folder.path("map.exr"), folder.path("scene.toml")]);
-        shell
-    };
+    let with_limit = |kib: &str| reference_within(kib, &folder);
     refuses(
         &mut with_limit("1048576"),
         3,
@@ -87,6 +79,84 @@ fn a_mesh_that_memory_does_not_suffice_for_is_refused() {
     );
     refuses(&mut with_limit("unlimited"), 3, &["no face has an area"]);
     assert!(!folder.path("map.exr").exists());
+}
+
+/// The same holds for light maps, those of meshes included, which are laid out first.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_light_map_that_memory_does_not_suffice_for_is_refused() {
+    let folder = Folder::new();
+    let plaster = "mesh = \"part.obj\"\nmaterial = \"plaster\"\nlightmap = [16, 16]";
+    let scene = SCENE.replace("mesh = \"part.obj\"\nmaterial = \"steel\"", plaster);
+    folder.write("scene.toml", &scene);
+    for (receiver, gigabytes) in [("floor", "7.5"), ("part", "15.0")] {
+        refuses(
+            (reference_within("1048576", &folder)).args([
+                "--lightmap",
+                "8192",
+                "--receiver",
+                receiver,
+            ]),
+            2,
+            &[
+                &format!(
+                    "texels would take some {gigabytes} GiB of memory, and 1.0 GiB are available"
+                ),
+                "remedy: ",
+            ],
+        );
+    }
+    folder.write("scene.toml", scene.replace("[16, 16]", "[8192, 8192]"));
+    refuses(
+        &mut reference_within("1048576", &folder),
+        3,
+        &[
+            "scene.toml, line",
+            "texels would take some 37.5 GiB of memory",
+            "lower the size",
+        ],
+    );
+    assert!(!folder.path("map.exr").exists());
+}
+
+/// `nephroid reference` of the folder's scene with so much memory.
+#[cfg(target_os = "linux")]
+fn reference_within(kib: &str, folder: &Folder) -> assert_cmd::Command {
+    let mut shell = assert_cmd::Command::new("sh");
+    shell
+        .args(["-c", "ulimit -v $0 && exec \"$@\"", kib])
+        .arg(assert_cmd::cargo::cargo_bin("nephroid"))
+        .args(["reference", "-o"])
+        .args([folder.path("map.exr"), folder.path("scene.toml")]);
+    shell
+}
+
+/// Comments behind numbers are left out; names keep their spaces and number signs.
+#[test]
+fn comments_and_names_are_read_as_written() {
+    let folder = Folder::new();
+    folder.write("scene.toml", SCENE.replace("material = \"steel\"", ""));
+    let obj = "mtllib part.mtl\nv 0 0 0 # first\nv 1 0 0#second\nv 0 1 0\nvn 0 0 1 # front\n\
+               usemtl pale  grey #1\nf 1//1 2//1 3//1 # 4//1\n";
+    folder.write("part.obj", obj);
+    let mtl = "newmtl pale  grey #1\nKd 0.5 0.4 0.3 # grey\nd 1.0 # opaque\nTr 0.0\nKe 0 0 0\n";
+    folder.write("part.mtl", mtl);
+    let loaded = folder.load().unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(loaded.scene.objects[0].name, "part/pale  grey #1");
+    assert_eq!(mesh(&loaded).triangles.len(), 1);
+    assert_eq!(loaded.warnings, [""; 0]);
+    folder.write(
+        "part.mtl",
+        mtl.replace("Tr 0.0", "Tr 0.5")
+            .replace("Ke 0 0 0", "Ke 1 0 0"),
+    );
+    let warnings = folder.load().unwrap().warnings.join(", ");
+    for left_out in [
+        "line 4: `Tr` is not supported",
+        "line 5: `Ke` is not supported",
+    ] {
+        assert!(warnings.contains(left_out), "{warnings}");
+    }
 }
 
 /// A tetrahedron around a point near [0.2, 1.2, 0.2], its faces counter-clockwise from outside.

@@ -4,10 +4,11 @@ use super::{Peer, SCHEMA};
 use crate::error::{Error, Result};
 use crate::input;
 use serde::Deserialize;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// Bytes of a file.
-const MAX_BYTES: u64 = 16 << 20;
+/// Seconds and errors that have a place on the axes.
+const RANGE: RangeInclusive<f64> = 1e-9..=1e9;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -41,7 +42,7 @@ struct PeerFile {
 ///
 /// # Errors
 /// [`Error::Input`] with line and column if the file is not of this form, and with the entry if a
-/// name is empty or a number is not positive and finite.
+/// name is empty or a number is below 1e-9 or above 1e9.
 pub fn read_peers(path: &Path) -> Result<Vec<Peer>> {
     let refuse = |place: Option<String>, reason: String, remedy: &str| Error::Input {
         file: path.to_owned(),
@@ -49,9 +50,7 @@ pub fn read_peers(path: &Path) -> Result<Vec<Peer>> {
         reason,
         remedy: remedy.into(),
     };
-    let content = input::read(path, MAX_BYTES)?;
-    let text = String::from_utf8(content)
-        .map_err(|e| refuse(None, format!("not UTF-8 text: {e}"), "name a JSON file"))?;
+    let text = input::read_text(path)?;
     let file: PeerFile = serde_json::from_str(&text).map_err(|e| {
         let place = format!("line {}, column {}", e.line(), e.column());
         // serde_json repeats the place at the end.
@@ -83,11 +82,15 @@ pub fn read_peers(path: &Path) -> Result<Vec<Peer>> {
             }
         }
         for (key, value) in [("seconds", peer.seconds), ("error", peer.error)] {
-            if !(value.is_finite() && value > 0.0) {
+            if !RANGE.contains(&value) {
                 return Err(refuse(
                     place(key),
-                    format!("{value} is not positive and finite"),
-                    "give a number above 0: logarithmic axes have no place for others",
+                    format!(
+                        "{value:e} is not from {:e} to {:e}",
+                        RANGE.start(),
+                        RANGE.end()
+                    ),
+                    "give seconds, and the error over the light: logarithmic axes have no place for others",
                 ));
             }
         }
