@@ -17,7 +17,6 @@ layout(std430, binding = 9) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
-#include "light.glsl"
 #include "optics.glsl"
 #include "media.glsl"
 #include "planar_receiver.glsl"

@@ -98,7 +98,7 @@ void main() {
     footprints[place] = footprint;
     if (HAS_ATLAS) {
         uint number = waves[LANDINGS_WORD] + index;
-        if (number < push.landing_capacity) {
+        if (number < push.path_capacity) {
             landing_paths[number] = landing;
             landing_hits[number] = landing_hit;
         } else if (COUNTS_FLUX && landing_hit.footprints != 0) {

@@ -20,7 +20,6 @@ LIGHTS(12)
 #include "chain_push.glsl"
 
 #include "blocks.glsl"
-#include "light.glsl"
 #include "optics.glsl"
 #include "media.glsl"
 #include "planar_receiver.glsl"
@@ -37,7 +36,7 @@ void main() {
     if ((hit.footprints & ON_MESHES) == 0) return;
     uint place = waves[LANDINGS_WORD] + landing_numbers[index].x + landing_sums[index / SPLAT_GROUP].x;
     ChainPath path = path_at(index);
-    if (place < push.landing_capacity) {
+    if (place < push.path_capacity) {
         landing_paths[place] = path;
         landing_hits[place] = hit;
     } else if (COUNTS_FLUX) {

@@ -10,7 +10,6 @@ layout(std430, binding = 2) readonly buffer Fluxes { vec4 lattice_fluxes[]; }; /
 layout(std430, binding = 3) coherent buffer Plans { LatticePlan lattice_plans[]; };
 // Per receiver: relative L1 error that chains leave, and their share of its light; then the halvings that there was no room for.
 layout(std430, binding = 4) buffer Errors { vec2 chain_errors[]; };
-layout(std430, binding = 5) writeonly buffer Waves { uint waves[]; }; // see scan_chains.comp
 #include "chain_push.glsl"
 #include "ray_cells.glsl"
 // Whether a medium disperses light.
@@ -183,5 +182,4 @@ void main() {
     }
     if (own != 0) return;
     chain_errors[receivers()] = vec2(fewer, 0.0);
-    waves[LOST_PATHS_WORD] = 0;
 }

@@ -25,7 +25,6 @@ layout(std430, binding = 16) writeonly buffer Arguments { uint arguments[]; };
 
 #include "blocks.glsl"
 #include "dispatch_arguments.glsl"
-#include "light.glsl"
 #include "optics.glsl"
 #include "media.glsl"
 #include "planar_receiver.glsl"

@@ -7,8 +7,8 @@
 layout(local_size_x = SPLAT_GROUP) in;
 layout(std430, binding = 0) buffer BlockSums { uvec2 block_sums[]; };
 // A VkDispatchIndirectCommand with a thread for each path of the wave, the number of landings of earlier waves, two unused words, the
-// number of paths of the wave, the number of footprints of earlier waves, that of paths for which there was no room, and a
-// VkDrawIndexedIndirectCommand of the footprints where each path of the wave has one.
+// number of paths of the wave, the number of footprints of earlier waves, and a VkDrawIndexedIndirectCommand of the footprints where
+// each path of the wave has one.
 layout(std430, binding = 1) readonly buffer Waves { uint waves[]; };
 layout(std430, binding = 2) writeonly buffer NextWaves { uint next_waves[]; };
 layout(std430, binding = 3) buffer LandingSums { uvec2 landing_sums[]; };
@@ -35,10 +35,9 @@ void main() {
     WRITE_DISPATCH_OF(next_waves, 0, paths)
     next_waves[UNITS_WORD] = paths;
     next_waves[FOOTPRINTS_WORD] = footprints;
-    next_waves[LOST_PATHS_WORD] = waves[LOST_PATHS_WORD] + total.x - paths;
     if (HAS_ATLAS) {
-        uint landings = min(waves[LANDINGS_WORD] + landed.x, push.landing_capacity);
-        uint with_paths = min(landings + paths, push.landing_capacity);
+        uint landings = min(waves[LANDINGS_WORD] + landed.x, push.path_capacity);
+        uint with_paths = min(landings + paths, push.path_capacity);
         next_waves[LANDINGS_WORD] = landings;
         WRITE_DISPATCH_OF(landing_sizes, 0, max(with_paths, 1))
         landing_sizes[UNITS_WORD] = with_paths;

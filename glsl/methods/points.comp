@@ -84,13 +84,6 @@ bool project_to_plane(PlanarReceiver receiver, vec2 place, vec3 flux, out PointS
     return true;
 }
 
-// From 0 to 1, independent for the surfaces of a chain (Jarzynski & Olano 2020).
-float independent(uint point, uint interfaces) {
-    uint state = (point * 17 + interfaces) * 747796405u + 2891336453u;
-    uint word = (state >> (state >> 28) + 4 ^ state) * 277803737u;
-    return float((word >> 22 ^ word) >> 8) / 16777216.0;
-}
-
 // Follows light that left its first surface to the next ones, along one lobe of each, and splats it where it lands. The slots of
 // its targets begin at `first_slot`.
 void follow(ChainPath path, uint point, uint first_slot) {
@@ -113,7 +106,7 @@ void follow(ChainPath path, uint point, uint first_slot) {
         if (interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) return;
         Lobe lobe;
         bool refracts;
-        if (!choose_lobe(path, at, independent(point, interfaces_of(path)), lobe, refracts)) return;
+        if (!choose_lobe(path, at, choice(point * 17 + interfaces_of(path), 0), lobe, refracts)) return;
         path = next_ray(path, hit, at, lobe, refracts);
     }
 }

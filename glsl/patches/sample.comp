@@ -14,34 +14,24 @@ layout(push_constant) uniform SamplePush {
     uint lit_triangle_count;
 } push;
 
+#include "search.glsl"
+#include "triangle_lattice.glsl"
+
+#define FIRST_PATCH(i) lit_triangles[i].first_patch
+
 void main() {
     uint index = push.first_patch + gl_GlobalInvocationID.x;
     if (index >= push.patch_count) return;
 
-    // The last lit triangle that starts at or before this patch.
-    uint low = 0, high = push.lit_triangle_count - 1;
-    while (low < high) {
-        uint half_way = (low + high + 1) / 2;
-        if (lit_triangles[half_way].first_patch <= index) low = half_way; else high = half_way - 1;
-    }
+    SEARCH(low, 0, push.lit_triangle_count, index, FIRST_PATCH)
     LitTriangle lit_triangle = lit_triangles[low];
     Triangle triangle = triangle_at(lit_triangle.triangle);
     Normals normal = normals_at(lit_triangle.triangle);
 
-    // Row r of the parent triangle holds n - r upright patches and n - r - 1 inverted patches between them, 2 (n - r) -
-    // 1 in total. The `left` last patches, counting from this one, therefore fill more than m - 1 and at most m = n - r
-    // rows: m is the square root of `left`, rounded up.
     uint n = lit_triangle.subdivision;
-    uint left = n * n - (index - lit_triangle.first_patch);
-    uint m = uint(ceil(sqrt(float(left))));
-    // The float is wrong by at most one for all n < 2^16.
-    if ((m - 1) * (m - 1) >= left) m--; else if (m * m < left) m++;
-    uint row = n - m;
-    uint column = m * m - left;
-    bool turned = column % 2 == 1;
-    vec2 corner = vec2(column / 2, row) + (turned ? vec2(1.0) : vec2(0.0));
-    float size = (turned ? -1.0 : 1.0) / float(n);
-    vec2 middle = (corner + (turned ? -1.0 : 1.0) / 3.0) / float(n);
+    ivec3 at = lattice_cell(index - lit_triangle.first_patch, n);
+    float size = float(at.z) / float(n);
+    vec2 middle = (vec2(at.xy) + float(at.z) / 3.0) / float(n);
 
     vec3 normal_du = normal.n1 - normal.n0;
     vec3 normal_dv = normal.n2 - normal.n0;

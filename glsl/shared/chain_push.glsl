@@ -6,9 +6,8 @@ layout(push_constant) uniform ChainPush {
     uint mesh_count;     // of mesh receivers
     uint max_interfaces;
     uint ray_capacity;   // of the rays of all lattices
-    uint path_capacity;
+    uint path_capacity;  // of a wave, and of landings on mesh receivers
     uint splat_capacity;
-    uint landing_capacity; // of landings on mesh receivers
     uint mesh_splat_capacity;
     uint first_mesh_splat; // of a batch
     uint mesh_splat_batch; // number of mesh footprints of a batch

@@ -82,16 +82,15 @@ const int SECOND_UNITS_WORD = 7;
 // The first word of the draw within the words of a batch.
 const uint BATCH_DRAW_WORD = 3;
 // Words of the sizes of a wave that scan_chains.comp writes.
-const uint WAVE_WORDS = 14;
+const uint WAVE_WORDS = 13;
 // The word of the number of landings on mesh receivers in earlier waves.
 const int LANDINGS_WORD = 3;
 // `ChainHit.footprints`: light reaches a mesh receiver before the hit. The other bits are the number of footprints on planar receivers.
 const uint ON_MESHES = 0x80000000u;
-// The words of the number of footprints of earlier waves, and of the number of paths for which there was no room.
+// The word of the number of footprints of earlier waves.
 const int FOOTPRINTS_WORD = 7;
-const int LOST_PATHS_WORD = 8;
 // The first word of the draw within the words of a wave.
-const int WAVE_DRAW_WORD = 9;
+const int WAVE_DRAW_WORD = 8;
 
 // Entries of the balance of flux, see src/flux_balance.rs: what comes in, and where it ends.
 const uint FLUX_INCOMING = 0;

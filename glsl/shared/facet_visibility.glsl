@@ -19,8 +19,8 @@ uint next_target(uint targets, uint target, uint count) {
     return min(next == 31 ? max(target, 31u) : next, count);
 }
 
-// Whether some target of a word is known to be lit or blocked.
-bool is_known(uint word) {
+// Whether some target of a word is lit and none is blocked.
+bool is_lit(uint word) {
     return word != 0 && (word & 0x55555555u) == 0;
 }
 

@@ -1,5 +1,5 @@
-// Expands splats into screen-aligned quads: four vertices per splat, and two triangles per quad by the index buffer of
-// compact.comp.
+// Expands splats into screen-aligned quads: four vertices per splat, and two triangles per quad by an index
+// buffer (quads.rs, compact.comp).
 
 layout(push_constant) uniform DrawPush {
     vec2 atlas_size;  // size of the light-map image, texels

@@ -1,4 +1,4 @@
-// Diffuse surfaces: where their direct light is. The including shader includes planar_receiver.glsl.
+// Diffuse surfaces: where their direct light is.
 
 // The rect of a surface, whose texels are those of the direct map.
 PlanarReceiver plane_of(DiffuseSurface surface) {

@@ -13,7 +13,6 @@ layout(push_constant) uniform LevelsPush {
     uint rows;           // maximum number of coarser rows in one step of resolve, a multiple of RESOLVE_ROWS
 } push;
 
-#include "planar_receiver.glsl"
 
 void main() {
     uint used = 0;

@@ -17,7 +17,6 @@ layout(push_constant) uniform ScanPush {
     uint batch_size;
 } push;
 
-#include "blocks.glsl"
 #include "prefix_sum.glsl"
 #include "dispatch_arguments.glsl"
 

@@ -62,12 +62,12 @@ void main() {
         if (place.x == n || place.y == n || place.x + place.y == 0) return;
         Facet facet = facet_at(pair % push.facet_count);
         light_index = pair / push.facet_count;
-        // Where the facet's corners agree, everything between them is taken to agree.
+        // Where the facet's corners agree that light arrives, everything between them is taken to be lit.
         uvec3 corners_at = (light_index * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;
         bool agree = true;
         for (uint word = 0; word < words; word++) {
             uvec3 states = uvec3(visibility[corners_at.x + word], visibility[corners_at.y + word], visibility[corners_at.z + word]);
-            agree = agree && is_known(states.x) && all(equal(states, states.xxx));
+            agree = agree && is_lit(states.x) && all(equal(states, states.xxx));
             visibility[index * words + word] = states.x;
         }
         if (agree) return;

@@ -16,7 +16,6 @@ layout(push_constant) uniform DirectPush {
     uint surface;
     uint receiver;       // of kind ATLAS: index among the mesh receivers
     uint light_count;
-    uint unused;
 } push;
 
 #include "light.glsl"

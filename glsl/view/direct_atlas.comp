@@ -20,13 +20,11 @@ layout(push_constant) uniform DirectPush {
     uint surface;
     uint receiver;       // of kind ATLAS: index among the mesh receivers
     uint light_count;
-    uint unused;
 } push;
 
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
-#include "planar_receiver.glsl"
 #include "surface.glsl"
 #include "atlas_samples.glsl"
 #include "sampling.glsl"

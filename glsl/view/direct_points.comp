@@ -24,7 +24,6 @@ layout(push_constant) uniform DirectPointsPush {
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
-#include "planar_receiver.glsl"
 #include "surface.glsl"
 #include "sampling.glsl"
 #include "open_light.glsl"

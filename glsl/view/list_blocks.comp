@@ -16,7 +16,6 @@ layout(push_constant) uniform ClassifyPush {
     uint light_count;
 } push;
 
-#include "planar_receiver.glsl"
 #include "surface.glsl"
 #include "blocks_of_light.glsl"
 

@@ -11,7 +11,6 @@ NODES(1)
 LIGHTS(2)
 SURFACES(3)
 layout(std430, binding = 4) readonly buffer BlockSurfaces { uint block_surfaces[]; };
-layout(std430, binding = 5) readonly buffer Blocks { uint blocks[]; };
 layout(std430, binding = 6) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 7) readonly buffer Items { uvec2 items[]; };
 layout(std430, binding = 10) buffer TexelCounts { uint texel_counts[]; };
@@ -29,7 +28,6 @@ layout(push_constant) uniform ListedPush {
 #include "optics.glsl"
 #include "planar_receiver.glsl"
 #include "surface.glsl"
-#include "blocks_of_light.glsl"
 #include "open_light.glsl"
 #include "beam.glsl"
 #include "look_up.glsl"

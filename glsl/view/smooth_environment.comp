@@ -17,7 +17,6 @@ layout(push_constant) uniform DirectEnvironmentPush {
     uint part;           // unused
 } push;
 
-#include "planar_receiver.glsl"
 #include "surface.glsl"
 #include "environment_shadow.glsl"
 

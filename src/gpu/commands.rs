@@ -112,11 +112,18 @@ impl Recorder {
         push: &P,
         vertices: Vertices,
     ) {
-        self.begin_rendering(target, clear);
-        self.use_pipeline(pipeline, push);
-        self.record_draw(vertices);
-        // SAFETY: rendering was begun.
-        unsafe { self.device().cmd_end_rendering(self.commands) };
+        let load = match clear {
+            true => vk::AttachmentLoadOp::CLEAR,
+            false => vk::AttachmentLoadOp::LOAD,
+        };
+        let (area, viewport) = whole(target, 0..target.height);
+        let draws = [(pipeline, *push, vertices)];
+        self.draw_into(
+            [attachment(target).load_op(load), Default::default()],
+            area,
+            viewport,
+            &draws,
+        );
     }
 
     /// Draws into a color image and a depth image that lie in the same places, one draw after the other: pipeline, push
@@ -227,36 +234,9 @@ impl Recorder {
 
     /// Fills rows of an image with zeros, as a pass of its own.
     pub fn clear(&mut self, image: &Image, rows: Range<u32>) {
-        self.begin_rendering_rows(image, true, rows);
-        // SAFETY: rendering was begun.
-        unsafe { self.device().cmd_end_rendering(self.commands) };
-    }
-
-    fn begin_rendering(&mut self, target: &Image, clear: bool) {
-        self.begin_rendering_rows(target, clear, 0..target.height);
-    }
-
-    fn begin_rendering_rows(&mut self, target: &Image, clear: bool, rows: Range<u32>) {
-        let (area, viewport) = whole(target, rows);
-        let attachments = [vk::RenderingAttachmentInfo::default()
-            .image_view(target.view)
-            .image_layout(vk::ImageLayout::GENERAL)
-            .load_op(match clear {
-                true => vk::AttachmentLoadOp::CLEAR,
-                false => vk::AttachmentLoadOp::LOAD,
-            })
-            .store_op(vk::AttachmentStoreOp::STORE)];
-        let info = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&attachments);
-        let device = self.device();
-        // SAFETY: a recording command buffer and a target in layout GENERAL.
-        unsafe {
-            device.cmd_begin_rendering(self.commands, &info);
-            device.cmd_set_viewport(self.commands, 0, &[viewport]);
-            device.cmd_set_scissor(self.commands, 0, &[area]);
-        }
+        let (area, viewport) = whole(image, rows);
+        let cleared = attachment(image).load_op(vk::AttachmentLoadOp::CLEAR);
+        self.draw_into::<u32>([cleared, Default::default()], area, viewport, &[]);
     }
 
     fn use_pipeline<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P) {

@@ -125,11 +125,6 @@ impl Context {
         &self.info
     }
 
-    /// What the validation layers complained about so far; empty where they are off.
-    pub fn validation_messages(&self) -> Vec<String> {
-        self.instance.messages.all()
-    }
-
     /// Where the validation layers' messages go, to be read even after the context is gone.
     pub fn messages(&self) -> Arc<Messages> {
         self.instance.messages.clone()
@@ -152,8 +147,8 @@ impl Context {
         }
     }
 
-    /// Whether shaders read texel buffers: the device has large ones.
-    pub(super) fn has_texel_buffers(&self) -> bool {
+    /// Whether shaders read texel buffers, since the device has large ones, and not the storage buffers of `WITHOUT_TEXEL_BUFFERS`.
+    pub fn has_texel_buffers(&self) -> bool {
         device::has_texel_buffers(&self.properties.limits)
     }
 

@@ -35,8 +35,6 @@ pub struct Image {
 
 impl Image {
     pub const FORMAT: vk::Format = Texel::Light.format();
-    pub const NUMBER_FORMAT: vk::Format = Texel::Number.format();
-    pub const DEPTH_FORMAT: vk::Format = Texel::Depth.format();
 
     /// An RGBA32F image with undefined content and `levels` mip levels. [`super::Staging::prepare`] brings it into its layout.
     ///

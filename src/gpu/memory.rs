@@ -86,7 +86,7 @@ impl Drop for Owned {
 /// Keeps a buffer or image alive.
 pub type Keeper = Arc<dyn Send + Sync>;
 
-/// A storage, transfer and indirect buffer.
+/// A buffer for storage, texels, indices, indirect commands and transfers.
 pub struct Buffer {
     pub(super) handle: vk::Buffer,
     pub(super) bytes: u64,

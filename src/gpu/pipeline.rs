@@ -55,7 +55,7 @@ impl BoundPipeline {
         Self::new(context, &source, resources)
     }
 
-    /// A pipeline that adds its fragments to one RGBA32F image, without vertex buffers.
+    /// A pipeline that draws into the images of its topology, without vertex buffers.
     ///
     /// # Errors, Panics
     /// As [`BoundPipeline::compute`].

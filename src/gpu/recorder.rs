@@ -134,15 +134,7 @@ impl Recorder {
         }
         if let Some((mut timestamps, passes)) = self.in_flight.pop_front() {
             let durations = timestamps.read()?;
-            let times = passes
-                .into_iter()
-                .enumerate()
-                .map(|(index, name)| PassTime {
-                    name,
-                    gpu: durations.get(index).copied(),
-                    wall: None,
-                });
-            self.times.extend(times);
+            self.times.extend(times_of(passes, &durations));
             self.timestamps = timestamps;
         }
         Ok(())
@@ -320,13 +312,7 @@ impl Recorder {
             count: self.submissions.count + 1,
             longest: wall.as_secs_f64(),
         });
-        for (index, name) in names.into_iter().enumerate() {
-            self.times.push(PassTime {
-                name,
-                gpu: durations.get(index).copied(),
-                wall: None,
-            });
-        }
+        self.times.extend(times_of(names, &durations));
         let progress = self.progress;
         match self.watcher.as_mut().map(|watcher| watcher(progress)) {
             Some(ControlFlow::Break(())) => Err(Error::Cancelled),
@@ -431,6 +417,15 @@ impl Recorder {
     pub fn submissions(&self) -> Submissions {
         self.submissions
     }
+}
+
+/// Passes with their durations on the device, where it has measured them.
+fn times_of(names: Vec<&'static str>, durations: &[f64]) -> impl Iterator<Item = PassTime> {
+    (names.into_iter().enumerate()).map(|(index, name)| PassTime {
+        name,
+        gpu: durations.get(index).copied(),
+        wall: None,
+    })
 }
 
 fn of_host() -> Error {

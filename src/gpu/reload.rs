@@ -14,11 +14,6 @@ pub struct NewShaders {
 }
 
 impl Context {
-    /// Whether shaders read texel buffers, and not the storage buffers of `WITHOUT_TEXEL_BUFFERS`.
-    pub fn uses_texel_buffers(&self) -> bool {
-        self.has_texel_buffers()
-    }
-
     /// Compiles the pipelines of other words for some shaders. Any thread can do so while others record frames.
     ///
     /// # Errors

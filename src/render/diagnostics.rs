@@ -6,7 +6,7 @@
 use crate::render::device_scene::DeviceScene;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{self, Light};
-use crate::render::lights::{directions, outgoing_directions, pack};
+use crate::render::lights::{direction_toward, outgoing_directions, pack};
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
@@ -70,7 +70,7 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                 .flatten()
                 .map(|toward| (toward, f64::INFINITY));
             let point_lights = lights.iter().take(LIGHTS).map(|light| {
-                let (toward, _) = directions(light, x);
+                let toward = direction_toward(light, x);
                 let (sine, distance) = match light.is_lamp {
                     0 => (light.size.sin(), f32::INFINITY),
                     _ => {

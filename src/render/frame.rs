@@ -24,22 +24,19 @@ use crate::render::caustic::Caustic;
 use crate::render::chains::frame::{plan_chains, splat_chains};
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::{bands, first_groups};
-use crate::render::lights::Source;
 use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::{self, Sample};
 use crate::render::receivers::dilate::Dilate;
 use crate::render::receivers::light_maps::MAX_LEVEL;
 use crate::render::receivers::tile::Tile;
-use crate::render::splat::list::Batch;
 use crate::render::splat::projector::Projector;
 use crate::render::splat::resolve::Resolve;
 use crate::render::splat::triangles::Triangles;
 use std::ops::Range;
 
-/// Patches and points in a first submission, before the speed of the device is known.
+/// Patches in a first submission, before the speed of the device is known.
 const FIRST_PATCHES: u64 = 1 << 16;
-const FIRST_POINTS: u64 = 1 << 12;
 /// Texels per submission that clears or dilates: 40 ms on two CPU cores.
 const CLEAR_BAND: u32 = 1 << 22;
 const DILATE_BAND: u32 = 1 << 21;
@@ -198,16 +195,7 @@ fn splat(
     clear: &mut bool,
 ) -> Result<()> {
     let (list, passes) = (&projector.list, projector.passes);
-    let Some(group) = scene.group(projector.source) else {
-        return Ok(());
-    };
-    let first = scene.first_pairs();
-    recorder.tiled(passes.work, group.pairs(), first, |r, done, limit| {
-        let batch = Batch {
-            group,
-            first_pair: done as u32,
-            pair_count: limit.min(list.capacity.into()) as u32,
-        };
+    projector.each_batch(recorder, scene, passes.work, |r, batch| {
         r.pass(passes.project, |r| {
             projector.record_project(r, scene, batch);
             r.barrier(Access::COMPUTE_WRITE, Access::COMPUTE_READ);
@@ -225,9 +213,8 @@ fn splat(
             );
         })?;
         *clear = false;
-        Ok(batch.pair_count.into())
-    })?;
-    Ok(())
+        Ok(())
+    })
 }
 
 /// Chooses the patches of suns and lamps and the triangles of their images, and adds the triangles to the light maps.
@@ -238,54 +225,54 @@ fn splat_triangles(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
-    let Some(group) = scene.group(Source::Suns) else {
+    if scene.lights.count == 0 {
         return Ok(());
-    };
+    }
     recorder.pass("clear counts", |r| {
         triangles.record_clear(r);
         r.barrier(Access::TRANSFER_WRITE, Access::COMPUTE);
     })?;
     recorder.pass("facet flux", |r| {
-        triangles.record_facet_flux(r, scene, group);
+        triangles.record_facet_flux(r, scene);
         next(r);
     })?;
     recorder.pass("total flux", |r| {
-        triangles.record_total_flux(r, scene, group);
+        triangles.record_total_flux(r, scene);
         next(r);
     })?;
     let is_traced = scene.geometry.can_occlude && triangles.traces_corners;
     if is_traced {
         recorder.pass("trace facets", |r| {
-            triangles.record_trace_facets(r, scene, group);
+            triangles.record_trace_facets(r, scene);
             next(r);
         })?;
     }
     recorder.pass("choose shares", |r| {
         if triangles.has_error_target() {
-            triangles.record_facet_error(r, scene, group);
+            triangles.record_facet_error(r, scene);
             next(r);
         }
-        triangles.record_choose_share(r, scene, group);
+        triangles.record_choose_share(r, scene);
         next(r);
     })?;
     recorder.pass("count patches", |r| {
-        triangles.record_facet_count(r, scene, group);
+        triangles.record_facet_count(r, scene);
         next(r);
     })?;
     recorder.pass("number patches", |r| {
-        triangles.record_number_patches(r, scene, group);
+        triangles.record_number_patches(r, scene);
         next(r);
-        triangles.record_scan_patches(r, scene, group);
+        triangles.record_scan_patches(r, scene);
         next(r);
     })?;
     if is_traced {
         recorder.pass("trace patches", |r| {
-            triangles.record_trace_patches(r, scene, group);
+            triangles.record_trace_patches(r, scene);
             next(r);
         })?;
     }
     recorder.pass("count triangles", |r| {
-        triangles.record_patch_count(r, scene, group);
+        triangles.record_patch_count(r, scene);
         next(r);
     })?;
     recorder.pass("number triangles", |r| {
@@ -314,7 +301,7 @@ fn splat_triangles(
         |r, done, _| {
             let batch = (done / size) as u32;
             r.pass("project triangles", |r| {
-                triangles.record_project(r, scene, group, batch);
+                triangles.record_project(r, scene, batch);
                 r.barrier(Access::COMPUTE_WRITE, LIST_READ);
             })?;
             r.pass("splat triangles", |r| {
@@ -324,8 +311,7 @@ fn splat_triangles(
             *clear = false;
             Ok(size)
         },
-    )?;
-    Ok(())
+    )
 }
 
 /// Adds the coarser levels to the finer ones, in steps of rows, each of which may be a submission of its own.
@@ -382,9 +368,7 @@ fn splat_points(
     light_map: &Image,
     clear: &mut bool,
 ) -> Result<()> {
-    let total = points.count.into();
-    recorder.tiled("points", total, FIRST_POINTS, |r, done, limit| {
-        let batch = (done as u32, limit.min(points.batch.into()) as u32);
+    points.each_batch(recorder, "points", |r, batch| {
         r.pass("trace points", |r| {
             points.record_trace(r, scene, batch);
             r.barrier(Access::COMPUTE_WRITE, Access::VERTEX_READ);
@@ -397,7 +381,7 @@ fn splat_points(
             );
         })?;
         *clear = false;
-        Ok(batch.1.into())
+        Ok(())
     })
 }
 

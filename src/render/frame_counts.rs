@@ -162,22 +162,19 @@ fn sources<'a>(
     scene: &DeviceScene,
     caustic: &'a Caustic,
 ) -> (FrameCounts, Vec<(Part, &'a Buffer, usize)>) {
-    let mut known = FrameCounts::default();
+    let mut known = FrameCounts {
+        patches: caustic.known_patches(scene),
+        ..FrameCounts::default()
+    };
     let mut sources = Vec::new();
     match caustic {
-        Caustic::Points(points) if scene.casters.lit_count > 0 => known.patches = points.count,
-        Caustic::Points(_) => {}
-        Caustic::Gather { .. } => known.patches = scene.casters.patch_count,
+        Caustic::Points(_) | Caustic::Gather { .. } => {}
         Caustic::Splat {
-            sample,
             triangles,
             chains,
             projectors,
             ..
         } => {
-            let clusters = scene.environment.pairs.as_ref();
-            known.patches = sample.as_ref().map_or(0, |_| scene.casters.patch_count)
-                + clusters.map_or(0, |pairs| pairs.patch_count);
             known.splats = Some(0);
             if let Some(of) = triangles {
                 let corners = match scene.geometry.can_occlude && of.traces_corners {

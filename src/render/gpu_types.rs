@@ -134,7 +134,7 @@ mirrors! {
     ChainPush {
         is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32, mesh_count: u32,
         max_interfaces: u32, ray_capacity: u32, path_capacity: u32, splat_capacity: u32,
-        landing_capacity: u32, mesh_splat_capacity: u32, first_mesh_splat: u32, mesh_splat_batch: u32,
+        mesh_splat_capacity: u32, first_mesh_splat: u32, mesh_splat_batch: u32,
         spread: f32, spectral_middle: f32, flux_scale: f32, error: f32,
     }
     TotalPush { pair_count: u32, receiver_count: u32, }
@@ -161,7 +161,7 @@ mirrors! {
     PlanPush { per_group: u32, }
     DirectEnvironmentPush { first: UVec2, surface: u32, part: u32, }
     OpenGroupsPush { count: u32, }
-    DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, unused: u32, }
+    DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, }
     CopyPush { first: u32, end: u32, }
     DirectPointsPush { first: u32, end: u32, light_count: u32, first_cell: u32, cell_step: u32, end_cell: u32, }
     CameraPush {

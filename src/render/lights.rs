@@ -154,20 +154,16 @@ pub fn pack(scene: &Scene, origin: DVec3) -> Vec<Light> {
 }
 
 /// A root of the covariance of the directions of a sun's disc. The variance of a disc of radius a is a²/4 on each axis.
-pub fn disc_axes(direction: DVec3, angular_radius: f64) -> [Vec3; 2] {
+fn disc_axes(direction: DVec3, angular_radius: f64) -> [Vec3; 2] {
     let (a, b) = direction.any_orthonormal_pair();
     [a, b].map(|axis| (0.5 * angular_radius * axis).as_vec3())
 }
 
-/// Unit direction toward the light from x, and the variance of the light's directions on each axis.
-pub fn directions(light: &Light, x: Vec3) -> (DVec3, f64) {
-    if light.is_lamp == 0 {
-        let both = light.axis1.length_squared() + light.axis2.length_squared();
-        (light.place.as_dvec3(), 0.5 * f64::from(both))
-    } else {
-        let to_light = (light.place - x).as_dvec3();
-        let radius = f64::from(light.size) / to_light.length();
-        (to_light.normalize_or_zero(), 0.25 * radius * radius)
+/// Unit direction toward the light from x.
+pub fn direction_toward(light: &Light, x: Vec3) -> DVec3 {
+    match light.is_lamp {
+        0 => light.place.as_dvec3(),
+        _ => (light.place - x).as_dvec3().normalize_or_zero(),
     }
 }
 

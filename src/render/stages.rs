@@ -10,9 +10,7 @@ use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::Sample;
 use crate::render::settings::{Method, Settings};
-use crate::render::splat::footprints::footprints;
-use crate::render::splat::mesh_footprints::mesh_footprints;
-use crate::render::splat::pinhole_images::pinhole_images;
+use crate::render::splat::kinds::{footprints, mesh_footprints, pinhole_images};
 use crate::render::splat::resolve::{Levels, Resolve};
 use crate::render::splat::triangles::Triangles;
 use std::sync::Arc;
@@ -155,23 +153,29 @@ impl Caustic {
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn sample_count(&self, scene: &DeviceScene, is_recorded: bool) -> Result<u32> {
+        let of_flux = match self {
+            Self::Splat {
+                triangles: Some(triangles),
+                ..
+            } if is_recorded => triangles.counts()?.patches,
+            _ => 0,
+        };
+        Ok(of_flux + self.known_patches(scene))
+    }
+
+    /// The same without those that the device counts.
+    pub fn known_patches(&self, scene: &DeviceScene) -> u32 {
         let casters = &scene.casters;
-        Ok(match self {
+        match self {
             Self::Points(points) if casters.lit_count > 0 => points.count,
             Self::Points(_) => 0,
             Self::Gather { .. } => casters.patch_count,
-            Self::Splat {
-                sample, triangles, ..
-            } => {
-                let of_flux = match triangles {
-                    Some(triangles) if is_recorded => triangles.counts()?.patches,
-                    _ => 0,
-                };
+            Self::Splat { sample, .. } => {
                 let even = sample.as_ref().map_or(0, |_| casters.patch_count);
-                let pairs = scene.environment.pairs.as_ref();
-                of_flux + even + pairs.map_or(0, |pairs| pairs.patch_count)
+                let clusters = scene.environment.pairs.as_ref();
+                even + clusters.map_or(0, |pairs| pairs.patch_count)
             }
-        })
+        }
     }
 
     /// The largest estimated relative L1 error of a receiver's light map in the last frame; `None` where splats of other

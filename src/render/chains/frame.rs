@@ -113,13 +113,13 @@ fn splat_landings(
 ) -> Result<()> {
     let push = chains.push(scene, chains.wave_count);
     // A host's command buffer records the maximum number of batches.
-    let mut total = landings.splat_capacity;
+    let mut total = landings.buffers.splat_capacity;
     if recorder.is_ours() {
         total = landings.splat_count(recorder)?;
     }
     let first = scene.first_pairs();
     recorder.tiled("landings", total.into(), first, |r, done, limit| {
-        let batch = [done as u32, limit.min(landings.batch.into()) as u32];
+        let batch = [done as u32, limit.min(landings.buffers.batch.into()) as u32];
         r.pass("project landings", |r| {
             landings.record_project(r, &push, batch);
             r.barrier(Access::COMPUTE_WRITE, LIST_READ);

@@ -39,9 +39,9 @@ pub struct LandingBuffers {
     quads: Buffer,
     /// Maximum number of landings, and of paths of a wave.
     capacity: u32,
-    /// Maximum number of mesh footprints of a batch, and in all.
-    batch: u32,
-    splat_capacity: u32,
+    /// Maximum number of mesh footprints of a batch, and of a frame.
+    pub batch: u32,
+    pub splat_capacity: u32,
 }
 
 impl LandingBuffers {
@@ -94,17 +94,11 @@ pub struct Landings {
     footprint_sums: PrefixSums,
     project: BoundPipeline,
     draw: BoundPipeline,
-    sizes: Buffer,
     /// Of the mesh footprints, as `scan.comp` writes them.
     totals: Buffer,
     /// A `VkDrawIndexedIndirectCommand` of a batch.
     arguments: Buffer,
-    quads: Buffer,
-    capacity: u32,
-    /// Maximum number of mesh footprints of a batch.
-    pub batch: u32,
-    /// Maximum number of mesh footprints of a frame.
-    pub splat_capacity: u32,
+    pub buffers: LandingBuffers,
 }
 
 impl Landings {
@@ -119,11 +113,10 @@ impl Landings {
         waves: &Waves,
         buffers: LandingBuffers,
     ) -> Result<Self> {
-        let batch = buffers.batch;
         let splats = Buffer::new(
             context,
             "chain mesh footprints",
-            u64::from(batch) * size_of::<MeshFootprint>() as u64,
+            u64::from(buffers.batch) * size_of::<MeshFootprint>() as u64,
         )?;
         let words = u64::from(ARGUMENT_WORDS);
         let totals = Buffer::new(context, "chain mesh footprint totals", 4 * words)?;
@@ -131,7 +124,6 @@ impl Landings {
 
         let buffer = Resource::Buffer;
         let compute = |shader, own: &[_]| scene.compute_with(constants, context, shader, own);
-        let flux_sums = ("flux_sums", buffer(waves.flux_sums));
         let list = |from: usize| {
             let own = [
                 ("paths", buffer(&waves.paths[from])),
@@ -141,7 +133,7 @@ impl Landings {
                 ("landing_sums", buffer(&buffers.sums)),
                 ("landing_paths", buffer(&buffers.paths)),
                 ("landing_hits", buffer(&buffers.hits)),
-                flux_sums,
+                ("flux_sums", buffer(waves.flux_sums)),
             ];
             compute(&shaders::LIST_LANDINGS_COMP, &own)
         };
@@ -153,17 +145,11 @@ impl Landings {
             ("landing_hits", buffer(&buffers.hits)),
             ("landing_sizes", buffer(&buffers.sizes)),
             ("numbers", buffer(&buffers.numbers)),
-        ];
-        let projected = [
             ("block_sums", buffer(&buffers.sums)),
             ("mesh_footprints", buffer(&splats)),
             ("totals", buffer(&totals)),
             ("arguments", buffer(&arguments)),
-            flux_sums,
-        ];
-        let drawn = [
-            ("mesh_footprints", buffer(&splats)),
-            ("atlas_texels", buffer(&scene.receivers.atlas_texels)),
+            ("flux_sums", buffer(waves.flux_sums)),
         ];
         let footprint = [&shaders::MESH_FOOTPRINT_VERT, &shaders::MESH_FOOTPRINT_FRAG];
         let [numbers, sums] = numbers;
@@ -177,24 +163,11 @@ impl Landings {
                 [numbers, sums, &totals],
                 Some(&buffers.sizes),
             )?,
-            project: compute(
-                &shaders::PROJECT_LANDINGS_COMP,
-                &[&landings[..], &projected].concat(),
-            )?,
-            draw: BoundPipeline::graphics(
-                context,
-                footprint,
-                Topology::Triangles,
-                Constants::default(),
-                &drawn,
-            )?,
-            capacity: buffers.capacity,
-            sizes: buffers.sizes,
+            project: compute(&shaders::PROJECT_LANDINGS_COMP, &landings)?,
+            draw: scene.graphics(context, footprint, Topology::Triangles, &landings)?,
             totals,
             arguments,
-            splat_capacity: buffers.splat_capacity,
-            quads: buffers.quads,
-            batch,
+            buffers,
         })
     }
 
@@ -204,12 +177,12 @@ impl Landings {
     /// As [`Recorder::submit`].
     pub fn splat_count(&self, recorder: &mut Recorder) -> Result<u32> {
         let totals: Vec<u32> = recorder.read(&self.totals, ARGUMENT_WORDS as usize)?;
-        Ok(totals[UNITS_WORD as usize].min(self.splat_capacity))
+        Ok(totals[UNITS_WORD as usize].min(self.buffers.splat_capacity))
     }
 
     /// Numbers the landings of a wave within blocks.
     pub fn record_number_in_wave(&self, recorder: &mut Recorder, wave: u32) {
-        self.in_waves[wave as usize % 2].record(recorder, self.capacity);
+        self.in_waves[wave as usize % 2].record(recorder, self.buffers.capacity);
     }
 
     /// Lists the landings of a wave, whose sizes are in `waves`.
@@ -225,17 +198,18 @@ impl Landings {
 
     /// Counts the mesh footprints of each landing.
     pub fn record_count(&self, recorder: &mut Recorder, push: &ChainPush) {
-        recorder.dispatch_indirect(&self.count, push, &self.sizes, 0);
+        recorder.dispatch_indirect(&self.count, push, &self.buffers.sizes, 0);
     }
 
     /// Numbers the mesh footprints within blocks of landings.
     pub fn record_number(&self, recorder: &mut Recorder) {
-        self.footprint_sums.record_number(recorder, self.capacity);
+        self.footprint_sums
+            .record_number(recorder, self.buffers.capacity);
     }
 
     /// Numbers the blocks, and the mesh footprints in all.
     pub fn record_scan(&self, recorder: &mut Recorder) {
-        (self.footprint_sums).record_scan(recorder, self.capacity, [0, 0]);
+        (self.footprint_sums).record_scan(recorder, self.buffers.capacity, [0, 0]);
     }
 
     /// Writes the mesh footprints of a batch: its first one and their number. Passes that count the flux only count the landings without
@@ -255,7 +229,7 @@ impl Landings {
     pub fn record_splat(&self, recorder: &mut Recorder, light_map: &Image) {
         let push = draw_push(light_map);
         let vertices = Vertices::Indexed {
-            indices: &self.quads,
+            indices: &self.buffers.quads,
             arguments: &self.arguments,
             offset: 0,
         };

@@ -10,8 +10,7 @@ pub mod lattice;
 use crate::error::Result;
 use crate::flux_balance::FluxBalance;
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
-    shaders,
+    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, Vertices, shaders,
 };
 use crate::render::chains::landings::{LandingBuffers, Landings, Waves};
 use crate::render::device_scene::DeviceScene;
@@ -135,117 +134,72 @@ impl Chains {
         let flux_sums = flux::sums(context)?;
         let mut constants = scene.constants();
         constants[ID_COUNTS_FLUX as usize] = counts_flux;
-        let compute = |shader, own: &[_]| scene.compute_with(constants, context, shader, own);
-
+        let wave_count = if scene.casters.lobes > 1 { WAVES } else { 1 };
+        let last = wave_count as usize % 2;
         let buffer = Resource::Buffer;
-        let lattices = ("lattices", buffer(&scene.lattices.buffer));
-        let lights = ("lights", buffer(&scene.lattices.lights));
-        let pilot_rays = ("pilot_rays", buffer(&pilot_rays));
-        let own = [lattices, lights, pilot_rays];
-        let pilot = scene.compute(context, &shaders::PILOT_CHAINS_COMP, &own)?;
-        let lattice_pilots = ("lattice_pilots", buffer(&pilots));
-        let lattice_fluxes = ("lattice_fluxes", buffer(&fluxes));
-        let lattice_plans = ("lattice_plans", buffer(&plans));
-        let cells = ("ray_cells", buffer(&ray_cells));
-        let own = [lattices, pilot_rays, lattice_pilots, lattice_fluxes, cells];
-        let weigh = scene.compute(context, &shaders::WEIGH_LATTICES_COMP, &own)?;
-        let own = [
-            lattices,
-            lattice_pilots,
-            lattice_fluxes,
-            lattice_plans,
-            ("chain_errors", buffer(&errors)),
-            ("waves", buffer(&waves[0])),
-        ];
-        let plan = compute(&shaders::PLAN_CHAINS_COMP, &own)?;
-        let numbers_of_rays = ("ray_numbers", buffer(&ray_numbers));
-        let own = [lattices, lattice_plans, cells, numbers_of_rays, pilot_rays];
-        let count_rays = compute(&shaders::COUNT_RAYS_COMP, &own)?;
-        let sums_of_rays =
-            PrefixSums::new(context, scene, [&ray_numbers, &ray_sums, &waves[0]], None)?;
-        let sums_of_flux = ("flux_sums", buffer(&flux_sums));
         // Without mesh receivers, shaders name the landings' buffers but do not access them.
         let of_landings = |name, pick: fn(&LandingBuffers) -> &Buffer| {
             (name, buffer(landing.as_ref().map_or(&flux_sums, pick)))
         };
-        let landing_sums = of_landings("landing_sums", |of| &of.sums);
-        let landing_sizes = of_landings("landing_sizes", |of| &of.sizes);
-        let trace = |from: usize| {
-            let own = [
-                lattices,
-                lights,
-                ("paths", buffer(&paths[from])),
-                ("hits", buffer(&hits)),
-                ("numbers", buffer(&numbers)),
-                ("waves", buffer(&waves[from])),
-                ("traced", buffer(&paths[from])),
-                sums_of_flux,
-                of_landings("landing_numbers", |of| &of.numbers),
-                numbers_of_rays,
+        // Everything that the passes name, where a wave is read from the one or the other of two buffers.
+        let all = |from: usize| {
+            [
+                ("lattices", buffer(&scene.lattices.buffer)),
+                ("lights", buffer(&scene.lattices.lights)),
+                ("pilot_rays", buffer(&pilot_rays)),
+                ("lattice_pilots", buffer(&pilots)),
+                ("lattice_fluxes", buffer(&fluxes)),
+                ("lattice_plans", buffer(&plans)),
+                ("chain_errors", buffer(&errors)),
+                ("ray_cells", buffer(&ray_cells)),
+                ("ray_numbers", buffer(&ray_numbers)),
                 ("ray_sums", buffer(&ray_sums)),
-                cells,
-            ];
-            compute(&shaders::TRACE_CHAINS_COMP, &own)
-        };
-        let emit = |from: usize| {
-            let own = [
-                lights,
                 ("paths", buffer(&paths[from])),
+                ("traced", buffer(&paths[from])),
+                ("next_paths", buffer(&paths[1 - from])),
                 ("hits", buffer(&hits)),
                 ("numbers", buffer(&numbers)),
                 ("block_sums", buffer(&block_sums)),
                 ("waves", buffer(&waves[from])),
-                ("next_paths", buffer(&paths[1 - from])),
+                ("next_waves", buffer(&waves[1 - from])),
                 ("footprints", buffer(&footprints)),
                 ("coarse", buffer(&levels.coarse)),
-                sums_of_flux,
-            ];
-            compute(&shaders::EMIT_CHAINS_COMP, &own)
+                ("flux_sums", buffer(&flux_sums)),
+                of_landings("landing_numbers", |of| &of.numbers),
+                of_landings("landing_sums", |of| &of.sums),
+                of_landings("landing_sizes", |of| &of.sizes),
+                of_landings("landing_paths", |of| &of.paths),
+                of_landings("landing_hits", |of| &of.hits),
+            ]
         };
+        let compute = |shader, from| scene.compute_with(constants, context, shader, &all(from));
+        let both = |shader| Ok::<_, crate::Error>([compute(shader, 0)?, compute(shader, 1)?]);
         let sums = |from: usize| {
             let (own, paths) = ([&numbers, &block_sums], Some(&waves[from]));
             BlockSums::new(context, scene, own, paths)
         };
-        let scan = |from: usize| {
-            let own = [
-                ("block_sums", buffer(&block_sums)),
-                ("waves", buffer(&waves[from])),
-                ("next_waves", buffer(&waves[1 - from])),
-                landing_sums,
-                landing_sizes,
-            ];
-            scene.compute(context, &shaders::SCAN_CHAINS_COMP, &own)
-        };
-        let wave_count = if scene.casters.lobes > 1 { WAVES } else { 1 };
-        let last = wave_count as usize % 2;
-        let own = [
-            ("paths", buffer(&paths[last])),
-            ("waves", buffer(&waves[last])),
-            ("footprints", buffer(&footprints)),
-            ("coarse", buffer(&levels.coarse)),
-            sums_of_flux,
-            of_landings("landing_paths", |of| &of.paths),
-            of_landings("landing_hits", |of| &of.hits),
-        ];
-        let finish = compute(&shaders::FINISH_CHAINS_COMP, &own)?;
-        let drawn = [("footprints", buffer(&footprints))];
-        let footprint = [
+        let pilot = compute(&shaders::PILOT_CHAINS_COMP, 0)?;
+        let weigh = compute(&shaders::WEIGH_LATTICES_COMP, 0)?;
+        let plan = compute(&shaders::PLAN_CHAINS_COMP, 0)?;
+        let count_rays = compute(&shaders::COUNT_RAYS_COMP, 0)?;
+        let sums_of_rays =
+            PrefixSums::new(context, scene, [&ray_numbers, &ray_sums, &waves[0]], None)?;
+        let trace = both(&shaders::TRACE_CHAINS_COMP)?;
+        let sums = [sums(0)?, sums(1)?];
+        let scan = both(&shaders::SCAN_CHAINS_COMP)?;
+        let emit = both(&shaders::EMIT_CHAINS_COMP)?;
+        let finish = compute(&shaders::FINISH_CHAINS_COMP, last)?;
+        let drawing = [
             &shaders::CHAIN_FOOTPRINT_VERT,
             &shaders::CHAIN_FOOTPRINT_FRAG,
         ];
-        let topology = Topology::Triangles;
-        let trace = [trace(0)?, trace(1)?];
-        let sums = [sums(0)?, sums(1)?];
-        let scan = [scan(0)?, scan(1)?];
-        let emit = [emit(0)?, emit(1)?];
+        let draw = scene.graphics(context, drawing, Topology::Triangles, &all(last))?;
         let of_waves = Waves {
             paths: &paths,
             hits: &hits,
             sizes: &waves,
             flux_sums: &flux_sums,
         };
-        let draw =
-            BoundPipeline::graphics(context, footprint, topology, Constants::default(), &drawn)?;
         let landings = (landing)
             .map(|buffers| Landings::new(context, scene, constants, &of_waves, buffers))
             .transpose()?;
@@ -293,8 +247,10 @@ impl Chains {
             ray_capacity: self.ray_capacity,
             path_capacity: self.path_capacity,
             splat_capacity: self.splat_capacity,
-            landing_capacity: self.path_capacity,
-            mesh_splat_capacity: self.landings.as_ref().map_or(0, |of| of.splat_capacity),
+            mesh_splat_capacity: self
+                .landings
+                .as_ref()
+                .map_or(0, |of| of.buffers.splat_capacity),
             first_mesh_splat: 0,
             mesh_splat_batch: 0,
             spread: SPREAD,

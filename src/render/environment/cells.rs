@@ -40,6 +40,10 @@ pub struct CellRect {
 }
 
 impl CellRect {
+    fn sides(&self) -> [usize; 4] {
+        [self.left, self.top, self.right, self.bottom]
+    }
+
     fn can_be_split(&self) -> bool {
         self.error > 0.0 && (self.right - self.left > 1 || self.bottom - self.top > 1)
     }
@@ -136,13 +140,7 @@ impl Sums {
 
     /// The halves of about equal flux, across the longer side.
     fn halves(&self, rect: &CellRect) -> [CellRect; 2] {
-        let &CellRect {
-            left,
-            top,
-            right,
-            bottom,
-            ..
-        } = rect;
+        let [left, top, right, bottom] = rect.sides();
         let middle = PI * (top + bottom) as f64 / (2 * self.height) as f64;
         let across = middle.sin() * TAU * (right - left) as f64 / self.width as f64;
         let up = PI * (bottom - top) as f64 / self.height as f64;
@@ -166,13 +164,7 @@ impl Sums {
 
     /// The split with the smallest error.
     fn split(&self, rect: &CellRect) -> [CellRect; 2] {
-        let &CellRect {
-            left,
-            top,
-            right,
-            bottom,
-            ..
-        } = rect;
+        let [left, top, right, bottom] = rect.sides();
         let upright = (left + 1..right).map(|x| [[left, top, x, bottom], [x, top, right, bottom]]);
         let level = (top + 1..bottom).map(|y| [[left, top, right, y], [left, y, right, bottom]]);
         upright
@@ -202,29 +194,42 @@ pub fn divide_by_flux<const N: usize>(
         error: rect.flux,
         ..rect
     };
-    counts.map(|count| {
-        let mut heap = BinaryHeap::from([by_flux(sums.rect([0, 0, sums.width, sums.height]))]);
-        let mut rects = Vec::new();
-        while heap.len() + rects.len() < count {
-            match heap.pop() {
-                Some(worst) if worst.can_be_split() => {
-                    heap.extend(sums.halves(&worst).map(by_flux));
+    let whole = by_flux(sums.rect([0, 0, sums.width, sums.height]));
+    let halves = |rect: &CellRect| sums.halves(rect).map(by_flux);
+    let rects = counts.map(|count| divided(whole, &[count], halves).remove(0));
+    let subdivision = Subdivision {
+        map,
+        width: sums.width,
+        height: sums.height,
+        rects: rects.into(),
+    };
+    let cells_of = |of: usize| (subdivision.rects[of].iter()).map(|rect| subdivision.cell(rect));
+    std::array::from_fn(|of| cells_of(of).collect())
+}
+
+/// Divides a rect into `counts` (increasing) or as many as can be split, the one with the largest error first; of each, those that
+/// have light, in the order of their rows.
+fn divided(
+    whole: CellRect,
+    counts: &[usize],
+    split: impl Fn(&CellRect) -> [CellRect; 2],
+) -> Vec<Vec<CellRect>> {
+    let (mut heap, mut unsplittable) = (BinaryHeap::from([whole]), Vec::new());
+    (counts.iter())
+        .map(|&count| {
+            while heap.len() + unsplittable.len() < count {
+                match heap.pop() {
+                    Some(worst) if worst.can_be_split() => heap.extend(split(&worst)),
+                    Some(worst) => unsplittable.push(worst),
+                    None => break,
                 }
-                Some(worst) => rects.push(worst),
-                None => break,
             }
-        }
-        rects.extend(heap);
-        rects.retain(|rect| rect.flux > 0.0);
-        rects.sort_by_key(|rect| (rect.top, rect.left));
-        let subdivision = Subdivision {
-            map: Cow::Borrowed(&*map),
-            width: sums.width,
-            height: sums.height,
-            rects: Vec::new(),
-        };
-        rects.iter().map(|rect| subdivision.cell(rect)).collect()
-    })
+            let mut rects: Vec<CellRect> = heap.iter().chain(&unsplittable).copied().collect();
+            rects.retain(|rect| rect.flux > 0.0);
+            rects.sort_by_key(|rect| (rect.top, rect.left));
+            rects
+        })
+        .collect()
 }
 
 /// The finest mip level of `map` that is split.
@@ -243,23 +248,8 @@ pub fn subdivide<'a>(map: &'a EnvironmentMap, counts: &[usize]) -> Subdivision<'
         height,
         radiance,
     });
-    let (mut heap, mut unsplittable) = (BinaryHeap::new(), Vec::new());
-    heap.push(sums.rect([0, 0, sums.width, sums.height]));
-    let rects = (counts.iter())
-        .map(|&count| {
-            while heap.len() + unsplittable.len() < count {
-                match heap.pop() {
-                    Some(worst) if worst.can_be_split() => heap.extend(sums.split(&worst)),
-                    Some(worst) => unsplittable.push(worst),
-                    None => break,
-                }
-            }
-            let mut rects: Vec<CellRect> = heap.iter().chain(&unsplittable).copied().collect();
-            rects.retain(|rect| rect.flux > 0.0);
-            rects.sort_by_key(|rect| (rect.top, rect.left));
-            rects
-        })
-        .collect();
+    let whole = sums.rect([0, 0, sums.width, sums.height]);
+    let rects = divided(whole, counts, |rect| sums.split(rect));
     Subdivision {
         map,
         width: sums.width,

@@ -62,18 +62,26 @@ impl TriangleStore {
             let flags = occlusion(scene, object);
             let is_mesh = atlas.map_or(0, |_| IS_MESH_RECEIVER);
             for (number, corners) in mesh.triangles.iter().enumerate() {
+                let [position, edge1, edge2] = geometry_of(mesh, corners, origin);
                 triangles.push(gpu_types::Triangle {
+                    position,
+                    edge1,
+                    edge2,
                     object: index as u32,
                     flags: flags | is_mesh,
-                    ..geometry_of(mesh, corners, origin)
+                    ..Default::default()
                 });
                 let [uv0, uv1, uv2] =
                     atlas.map_or([0; 3], |atlas| atlas.corners(number).map(packed));
+                let [n0, n1, n2] = normals_of(mesh, corners);
                 normals.push(gpu_types::Normals {
+                    n0,
+                    n1,
+                    n2,
                     uv0,
                     uv1,
                     uv2,
-                    ..normals_of(mesh, corners)
+                    ..Default::default()
                 });
             }
             ranges.push(first..triangles.len());
@@ -96,8 +104,8 @@ impl TriangleStore {
     /// Reorders the triangles from the scene's order to the hierarchy's.
     fn arrange(&mut self) {
         let order = &self.bvh.order;
-        self.triangles = order.iter().map(|i| self.triangles[*i as usize]).collect();
-        self.normals = order.iter().map(|i| self.normals[*i as usize]).collect();
+        self.triangles = picked(&self.triangles, order);
+        self.normals = picked(&self.normals, order);
         self.indices = vec![0; order.len()];
         for (place, index) in order.iter().enumerate() {
             self.indices[*index as usize] = place as u32;
@@ -135,25 +143,11 @@ impl TriangleStore {
     pub fn set_mesh(&mut self, object: usize, mesh: &Mesh) {
         for (corners, place) in mesh.triangles.iter().zip(self.ranges[object].clone()) {
             let place = self.indices[place] as usize;
-            let gpu_types::Triangle {
-                object,
-                flags,
-                twin,
-                ..
-            } = self.triangles[place];
-            self.triangles[place] = gpu_types::Triangle {
-                object,
-                flags,
-                twin,
-                ..geometry_of(mesh, corners, self.origin)
-            };
-            let gpu_types::Normals { uv0, uv1, uv2, .. } = self.normals[place];
-            self.normals[place] = gpu_types::Normals {
-                uv0,
-                uv1,
-                uv2,
-                ..normals_of(mesh, corners)
-            };
+            let triangle = &mut self.triangles[place];
+            [triangle.position, triangle.edge1, triangle.edge2] =
+                geometry_of(mesh, corners, self.origin);
+            let normals = &mut self.normals[place];
+            [normals.n0, normals.n1, normals.n2] = normals_of(mesh, corners);
         }
     }
 
@@ -163,17 +157,8 @@ impl TriangleStore {
         if self.bvh.refit(&self.triangles) {
             return false;
         }
-        let place = |i: &u32| *i as usize;
-        self.triangles = self
-            .indices
-            .iter()
-            .map(|i| self.triangles[place(i)])
-            .collect();
-        self.normals = self
-            .indices
-            .iter()
-            .map(|i| self.normals[place(i)])
-            .collect();
+        self.triangles = picked(&self.triangles, &self.indices);
+        self.normals = picked(&self.normals, &self.indices);
         self.bvh = Bvh::new(&self.triangles);
         self.arrange();
         true
@@ -261,25 +246,19 @@ pub fn packed(pair: DVec2) -> u32 {
     x | y << 16
 }
 
-/// The geometry of a triangle relative to `origin`.
-fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> gpu_types::Triangle {
+/// A corner of a triangle, relative to `origin`, and the edges from there.
+fn geometry_of(mesh: &Mesh, corners: &[u32; 3], origin: DVec3) -> [Vec3; 3] {
     let [p0, p1, p2] = corners.map(|c| mesh.positions[c as usize] - origin);
-    gpu_types::Triangle {
-        position: p0.as_vec3(),
-        edge1: (p1 - p0).as_vec3(),
-        edge2: (p2 - p0).as_vec3(),
-        ..Default::default()
-    }
+    [p0, p1 - p0, p2 - p0].map(|v| v.as_vec3())
 }
 
-fn normals_of(mesh: &Mesh, corners: &[u32; 3]) -> gpu_types::Normals {
-    let [n0, n1, n2] = corners.map(|c| mesh.normals[c as usize].as_vec3());
-    gpu_types::Normals {
-        n0,
-        n1,
-        n2,
-        ..Default::default()
-    }
+fn normals_of(mesh: &Mesh, corners: &[u32; 3]) -> [Vec3; 3] {
+    corners.map(|c| mesh.normals[c as usize].as_vec3())
+}
+
+/// The elements at these places.
+fn picked<T: Copy>(of: &[T], places: &[u32]) -> Vec<T> {
+    places.iter().map(|&place| of[place as usize]).collect()
 }
 
 /// Centre of the bounding box.

@@ -2,8 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
-    shaders,
+    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, Vertices, shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::{PointSplat, PointsPush};
@@ -12,6 +11,8 @@ use std::sync::Arc;
 
 /// Maximum size of the points of one batch, bytes. Larger batches are no faster and exceed the caches.
 const MAX_BYTES: u64 = 8 << 20;
+/// Points in a first submission, before the speed of the device is known.
+const FIRST: u64 = 1 << 12;
 
 pub struct Points {
     trace: BoundPipeline,
@@ -54,13 +55,8 @@ impl Points {
         let splats = Buffer::new(context, "point splats", u64::from(batch.min(all)) * bytes)?;
         let own = [("splats", Resource::Buffer(&splats))];
         let trace = scene.compute(context, &shaders::POINTS_COMP, &own)?;
-        let draw = BoundPipeline::graphics(
-            context,
-            [&shaders::POINTS_VERT, &shaders::POINTS_FRAG],
-            Topology::Points,
-            Constants::default(),
-            &own,
-        )?;
+        let drawing = [&shaders::POINTS_VERT, &shaders::POINTS_FRAG];
+        let draw = scene.graphics(context, drawing, Topology::Points, &own)?;
         Ok(Self {
             trace,
             draw,
@@ -68,6 +64,23 @@ impl Points {
             points,
             count: all,
             batch,
+        })
+    }
+
+    /// Calls `record` for batches of points, each the first one and their number, of the work `work`.
+    ///
+    /// # Errors
+    /// Those of `record`, and as [`Recorder::tiled`].
+    pub fn each_batch(
+        &self,
+        recorder: &mut Recorder,
+        work: &'static str,
+        mut record: impl FnMut(&mut Recorder, (u32, u32)) -> Result<()>,
+    ) -> Result<()> {
+        recorder.tiled(work, self.count.into(), FIRST, |r, done, limit| {
+            let batch = (done as u32, limit.min(self.batch.into()) as u32);
+            record(r, batch)?;
+            Ok(batch.1.into())
         })
     }
 

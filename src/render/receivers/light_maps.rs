@@ -7,7 +7,7 @@ use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{
     AtlasNode, AtlasSamples, AtlasTexel, MeshReceiver, PlanarReceiver, constants,
 };
-use crate::render::receivers::mesh::{MeshReceiverData, mesh_receiver_data, node_count};
+use crate::render::receivers::mesh::{mesh_receiver_data, node_count};
 use crate::render::receivers::tile::Tile;
 use crate::scene::{Atlas, Scene};
 use glam::DVec3;
@@ -80,16 +80,11 @@ impl DeviceReceivers {
         if !meshes_moved || self.mesh_count() == 0 {
             return Ok(());
         }
-        let MeshReceiverData {
-            receivers,
-            texels,
-            samples,
-            nodes,
-        } = mesh_receiver_data(scene, self.mesh_tiles(), &self.atlases, store)?;
-        staging.write(&self.mesh, 0, &receivers)?;
-        staging.write(&self.atlas_texels, 0, &texels)?;
-        staging.write(&self.atlas_samples, 0, &samples)?;
-        staging.write(&self.atlas_nodes, 0, &nodes)
+        let data = mesh_receiver_data(scene, self.mesh_tiles(), &self.atlases, store)?;
+        staging.write(&self.mesh, 0, &data.receivers)?;
+        staging.write(&self.atlas_texels, 0, &data.texels)?;
+        staging.write(&self.atlas_samples, 0, &data.samples)?;
+        staging.write(&self.atlas_nodes, 0, &data.nodes)
     }
 
     pub fn mesh_count(&self) -> u32 {

@@ -1,11 +1,9 @@
 //! splat: projectors write the splats of patches and lights, compaction lists them, and one draw adds them to the light
 //! maps.
 
-pub mod footprints;
 pub mod kernel_profiles;
+pub mod kinds;
 pub mod list;
-pub mod mesh_footprints;
-pub mod pinhole_images;
 pub mod prefix_sums;
 pub mod projector;
 pub mod quads;

@@ -1,9 +1,7 @@
-//! A projector: patches and lights in, splats out. Projectors differ only in data; each kind has a file of its own.
+//! A projector: patches and lights in, splats out. Projectors differ only in data; kinds.rs has it.
 
 use crate::error::Result;
-use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Shader, Topology,
-};
+use crate::gpu::{BoundPipeline, Buffer, Context, Image, Recorder, Resource, Shader, Topology};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::ProjectPush;
 use crate::render::lights::Source;
@@ -22,13 +20,9 @@ pub struct Description<'a> {
     pub slots: u32,
     /// The shaders that draw a splat.
     pub draw: [&'static Shader; 2],
-    /// Buffers that these shaders read in addition to the splats.
-    pub draw_reads: &'a [(&'static str, Resource<'a>)],
-    /// Number of receivers of the kind that the projector lights.
-    pub receiver_count: u32,
     /// Variance of a kernel over the variance of its patch.
     pub spread: f32,
-    /// Coarser levels, if wide splats go to them.
+    /// Coarser levels, to which wide splats on planar receivers go. Without them the projector lights mesh receivers.
     pub levels: Option<&'a Levels>,
     pub passes: Passes,
 }
@@ -100,39 +94,51 @@ impl Projector {
                 ("patches", Resource::Buffer(&of.patches)),
                 ("lights", Resource::Buffer(&of.lights)),
                 ("pairs", Resource::Buffer(&of.pairs)),
+                ("starts", Resource::Buffer(&of.starts)),
             ]),
             _ => resources.push(("patches", Resource::Buffer(patches))),
         }
-        if let Some(of) = &scene.environment.pairs
-            && shader
-                .bindings
-                .iter()
-                .any(|binding| binding.name == "starts")
-        {
-            resources.push(("starts", Resource::Buffer(&of.starts)));
-        }
         resources.extend(levels.map(|levels| ("coarse", Resource::Buffer(&levels.coarse))));
         let project = scene.compute(context, shader, &resources)?;
-        let splats = [(description.splats, Resource::Buffer(&list.splats))];
-        let [vertex, fragment] = description.draw;
-        let drawn = [&splats[..], description.draw_reads].concat();
-        let topology = Topology::Triangles;
         Ok(Self {
             project,
-            draw: BoundPipeline::graphics(
-                context,
-                [vertex, fragment],
-                topology,
-                Constants::default(),
-                &drawn,
-            )?,
+            draw: scene.graphics(context, description.draw, Topology::Triangles, &resources)?,
             list,
             splats: description.splats,
-            vertex,
+            vertex: description.draw[0],
             source,
             passes: description.passes,
-            receiver_count: description.receiver_count,
+            receiver_count: match levels {
+                Some(_) => scene.receivers.planar_count,
+                None => scene.receivers.mesh_count(),
+            },
             spread: description.spread,
+        })
+    }
+
+    /// Calls `record` for batches of pairs, limited by capacity and time, of the work `work`.
+    ///
+    /// # Errors
+    /// Those of `record`, and as [`Recorder::tiled`].
+    pub fn each_batch(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        work: &'static str,
+        mut record: impl FnMut(&mut Recorder, Batch) -> Result<()>,
+    ) -> Result<()> {
+        let Some(group) = scene.group(self.source) else {
+            return Ok(());
+        };
+        let first = scene.first_pairs();
+        recorder.tiled(work, group.pairs(), first, |r, done, limit| {
+            let batch = Batch {
+                group,
+                first_pair: done as u32,
+                pair_count: limit.min(self.list.capacity.into()) as u32,
+            };
+            record(r, batch)?;
+            Ok(batch.pair_count.into())
         })
     }
 

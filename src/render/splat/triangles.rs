@@ -5,8 +5,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Topology, Vertices,
-    shaders,
+    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Topology, Vertices, shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::threads;
@@ -17,14 +16,13 @@ use crate::render::gpu_types::constants::{
 use crate::render::gpu_types::{
     FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
 };
-use crate::render::lights::LightGroup;
 use crate::render::settings::{Method, Settings};
 use crate::render::splat::prefix_sums::PrefixSums;
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
 use std::sync::Arc;
 
-/// Triangles of one batch, 112 bytes each, at most.
+/// Triangles of one batch, 96 bytes each, at most.
 const MAX_BATCH: u32 = 1 << 18;
 /// Number of batches that a batch is made small enough for: smaller buffers, but a host's command buffer records all batches, and an
 /// empty one costs time, too.
@@ -175,7 +173,7 @@ impl Triangles {
         let triangle_splats = buffer("triangles", slots * size_of::<TriangleSplat>() as u64)?;
         let quads = quads::indices(context, &mut scene.staging, "quads", batch)?;
 
-        let all = [
+        let own = [
             ("facets", &facets.facets),
             ("facet_corners", &facets.corners),
             ("facet_patches", &facet_patches),
@@ -194,45 +192,32 @@ impl Triangles {
             ("coarse", &levels.coarse),
             // Without chains, the shader names this buffer but does not read it.
             ("chain_errors", chain_errors.unwrap_or(&shares)),
-        ];
-        let compute = |shader: &'static crate::gpu::Shader, own: &[(&'static str, &Buffer)]| {
-            let named = |name| (shader.bindings.iter()).any(|binding| binding.name == name);
-            let own: Vec<_> = (own.iter().filter(|(name, _)| named(*name)))
-                .map(|(name, buffer)| (*name, Resource::Buffer(buffer)))
-                .collect();
-            scene.compute(context, shader, &own)
-        };
-        let splats = [("triangle_splats", Resource::Buffer(&triangle_splats))];
-        let [vertex, fragment] = [&shaders::TRIANGLE_VERT, &shaders::TRIANGLE_FRAG];
-        let topology = Topology::Triangles;
+        ]
+        .map(|(name, buffer)| (name, Resource::Buffer(buffer)));
+        let compute = |shader| scene.compute(context, shader, &own);
+        let drawing = [&shaders::TRIANGLE_VERT, &shaders::TRIANGLE_FRAG];
         Ok(Self {
-            facet_flux: compute(&shaders::FACET_FLUX_COMP, &all)?,
-            total_flux: compute(&shaders::TOTAL_FLUX_COMP, &all)?,
-            facet_error: compute(&shaders::FACET_ERROR_COMP, &all)?,
-            choose_share: compute(&shaders::CHOOSE_SHARE_COMP, &all)?,
-            facet_count: compute(&shaders::FACET_COUNT_COMP, &all)?,
+            facet_flux: compute(&shaders::FACET_FLUX_COMP)?,
+            total_flux: compute(&shaders::TOTAL_FLUX_COMP)?,
+            facet_error: compute(&shaders::FACET_ERROR_COMP)?,
+            choose_share: compute(&shaders::CHOOSE_SHARE_COMP)?,
+            facet_count: compute(&shaders::FACET_COUNT_COMP)?,
             patch_sums: PrefixSums::new(
                 context,
                 scene,
                 [&patch_numbers, &patch_block_sums, &patch_totals],
                 None,
             )?,
-            trace_corners: compute(&shaders::TRACE_CORNERS_COMP, &all)?,
-            patch_count: compute(&shaders::PATCH_COUNT_COMP, &all)?,
+            trace_corners: compute(&shaders::TRACE_CORNERS_COMP)?,
+            patch_count: compute(&shaders::PATCH_COUNT_COMP)?,
             splat_sums: PrefixSums::new(
                 context,
                 scene,
                 [&splat_numbers, &splat_sums, &splat_totals],
                 Some(&patch_totals),
             )?,
-            project: compute(&shaders::PROJECT_TRIANGLES_COMP, &all)?,
-            draw: BoundPipeline::graphics(
-                context,
-                [vertex, fragment],
-                topology,
-                Constants::default(),
-                &splats,
-            )?,
+            project: compute(&shaders::PROJECT_TRIANGLES_COMP)?,
+            draw: scene.graphics(context, drawing, Topology::Triangles, &own)?,
             visibility,
             quads,
             patch_totals,
@@ -265,11 +250,11 @@ impl Triangles {
         }
     }
 
-    fn push(&self, scene: &DeviceScene, group: LightGroup, first_splat: u32) -> FacetPush {
+    fn push(&self, scene: &DeviceScene, first_splat: u32) -> FacetPush {
         FacetPush {
             facet_count: scene.facets.facet_count,
             corner_count: scene.facets.corner_count,
-            light_count: group.light_count,
+            light_count: scene.lights.count,
             receiver_count: scene.receivers.planar_count,
             lobes: scene.casters.lobes,
             can_occlude: u32::from(scene.geometry.can_occlude),
@@ -288,11 +273,10 @@ impl Triangles {
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        group: LightGroup,
         pipeline: &BoundPipeline,
     ) {
-        let push = self.push(scene, group, 0);
-        recorder.dispatch(pipeline, &push, threads(pairs(scene, group)));
+        let push = self.push(scene, 0);
+        recorder.dispatch(pipeline, &push, threads(pairs(scene)));
     }
 
     /// Clears the marks of the corners.
@@ -301,25 +285,15 @@ impl Triangles {
     }
 
     /// Finds the flux of every facet on every receiver.
-    pub fn record_facet_flux(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
-        self.record_over_pairs(recorder, scene, group, &self.facet_flux);
+    pub fn record_facet_flux(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        self.record_over_pairs(recorder, scene, &self.facet_flux);
     }
 
     /// Adds it up.
-    pub fn record_total_flux(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
+    pub fn record_total_flux(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let receiver_count = scene.receivers.planar_count;
         let push = TotalPush {
-            pair_count: pairs(scene, group),
+            pair_count: pairs(scene),
             receiver_count,
         };
         let threads = [receiver_count * SPLAT_GROUP, 1, 1];
@@ -327,95 +301,55 @@ impl Triangles {
     }
 
     /// Estimates the error of every receiver for every level of patch shares.
-    pub fn record_facet_error(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
-        let push = self.push(scene, group, 0);
-        let blocks = pairs(scene, group).div_ceil(SPLAT_GROUP);
+    pub fn record_facet_error(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let push = self.push(scene, 0);
+        let blocks = pairs(scene).div_ceil(SPLAT_GROUP);
         let blocks = blocks * scene.receivers.planar_count;
         recorder.dispatch(&self.facet_error, &push, threads(blocks));
     }
 
     /// Chooses the patch share of every receiver.
-    pub fn record_choose_share(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
-        let push = self.push(scene, group, 0);
+    pub fn record_choose_share(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let push = self.push(scene, 0);
         let threads = [scene.receivers.planar_count * SPLAT_GROUP, 1, 1];
         recorder.dispatch(&self.choose_share, &push, threads);
     }
 
     /// Divides the facets into patches.
-    pub fn record_facet_count(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
-        self.record_over_pairs(recorder, scene, group, &self.facet_count);
+    pub fn record_facet_count(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        self.record_over_pairs(recorder, scene, &self.facet_count);
     }
 
     /// Numbers the patches within blocks.
-    pub fn record_number_patches(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
-        self.patch_sums.record_number(recorder, pairs(scene, group));
+    pub fn record_number_patches(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        self.patch_sums.record_number(recorder, pairs(scene));
     }
 
     /// Numbers the blocks.
-    pub fn record_scan_patches(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
+    pub fn record_scan_patches(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         self.patch_sums
-            .record_scan(recorder, pairs(scene, group), [0, self.batch]);
+            .record_scan(recorder, pairs(scene), [0, self.batch]);
     }
 
     /// Traces rays from the corners of the facets.
-    pub fn record_trace_facets(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
-        let push = self.push(scene, group, 0);
-        let corners = scene.facets.corner_count * group.light_count;
+    pub fn record_trace_facets(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let push = self.push(scene, 0);
+        let corners = scene.facets.corner_count * scene.lights.count;
         recorder.dispatch(&self.trace_corners, &push, threads(corners));
     }
 
     /// Traces rays from the corners of the patches, in facets whose corners differ.
-    pub fn record_trace_patches(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
+    pub fn record_trace_patches(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let push = FacetPush {
             is_lattice: 1,
-            ..self.push(scene, group, 0)
+            ..self.push(scene, 0)
         };
         recorder.dispatch_indirect(&self.trace_corners, &push, &self.patch_totals, 1);
     }
 
     /// Chooses the triangles of every patch.
-    pub fn record_patch_count(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-    ) {
-        let push = self.push(scene, group, 0);
+    pub fn record_patch_count(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        let push = self.push(scene, 0);
         recorder.dispatch_indirect(&self.patch_count, &push, &self.patch_totals, 0);
     }
 
@@ -430,14 +364,8 @@ impl Triangles {
     }
 
     /// Writes the triangles of a batch.
-    pub fn record_project(
-        &self,
-        recorder: &mut Recorder,
-        scene: &DeviceScene,
-        group: LightGroup,
-        batch: u32,
-    ) {
-        let push = self.push(scene, group, batch * self.batch);
+    pub fn record_project(&self, recorder: &mut Recorder, scene: &DeviceScene, batch: u32) {
+        let push = self.push(scene, batch * self.batch);
         let arguments = (batch + 1) * ARGUMENT_WORDS / 3;
         recorder.dispatch_indirect(&self.project, &push, &self.splat_totals, arguments);
     }
@@ -464,6 +392,6 @@ impl Triangles {
     }
 }
 
-fn pairs(scene: &DeviceScene, group: LightGroup) -> u32 {
-    scene.facets.facet_count * group.light_count
+fn pairs(scene: &DeviceScene) -> u32 {
+    scene.facets.facet_count * scene.lights.count
 }

@@ -3,8 +3,8 @@
 
 use crate::error::Result;
 use crate::gpu::{
-    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, Shader, Texel, Topology,
-    Vertices, shaders,
+    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, Texel, Topology, Vertices,
+    shaders,
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
@@ -76,54 +76,41 @@ impl View {
         let untextured = Buffer::new(context, "untextured", 4 * capacity)?;
         // A pixel of the first list may be in the second one, too.
         let pixels = WorkList::new(context, scene, 2 * capacity, 4, SPLAT_GROUP)?;
-        let maps = [
+        let [counts, items] = pixels.resources("pixels");
+        let own = [
             ("light_map", Resource::Image(light_map)),
             ("direct_map", Resource::Image(direct_map)),
+            ("visible", Resource::Image(&samples[0])),
+            ("visible_depth", Resource::Image(&samples[1])),
+            ("view", Resource::Image(&image)),
+            ("untextured", Resource::Buffer(&untextured)),
+            counts,
+            items,
         ];
-        let visible = ("visible", Resource::Image(&samples[0]));
-        let visible_depth = ("visible_depth", Resource::Image(&samples[1]));
-        let view = ("view", Resource::Image(&image));
-        let without_textures = ("untextured", Resource::Buffer(&untextured));
-        let list = pixels.resources("pixels");
-        let draw = |shaders: [&'static Shader; 2], topology, own: &[_]| {
-            scene.graphics(context, shaders, topology, own)
-        };
-        let of_surfaces = |shaders, own: &[_]| draw(shaders, Topology::Surfaces, own);
+        let compute = |shader| scene.compute(context, shader, &own);
+        let draw = |shaders, topology| scene.graphics(context, shaders, topology, &own);
+        let of_surfaces = |shaders| draw(shaders, Topology::Surfaces);
         let made = Self {
             visible: draw(
                 [&shaders::VISIBLE_VERT, &shaders::VISIBLE_FRAG],
                 Topology::Numbers,
-                &[],
             )?,
             nearest: draw(
                 [&shaders::NEAREST_VERT, &shaders::NEAREST_FRAG],
                 Topology::Depths,
-                &[],
             )?,
             surfaces: [
-                of_surfaces([&shaders::RECT_VERT, &shaders::RECT_FRAG], &maps)?,
-                of_surfaces([&shaders::MESH_VERT, &shaders::MESH_FRAG], &maps)?,
-                of_surfaces([&shaders::POINT_MESH_VERT, &shaders::POINT_MESH_FRAG], &[])?,
+                of_surfaces([&shaders::RECT_VERT, &shaders::RECT_FRAG])?,
+                of_surfaces([&shaders::MESH_VERT, &shaders::MESH_FRAG])?,
+                of_surfaces([&shaders::POINT_MESH_VERT, &shaders::POINT_MESH_FRAG])?,
             ],
-            background: of_surfaces([&shaders::BACKGROUND_VERT, &shaders::BACKGROUND_FRAG], &[])?,
-            list_pixels: scene.compute(
-                context,
-                &shaders::LIST_PIXELS_COMP,
-                &[&[visible, visible_depth][..], &list].concat(),
-            )?,
-            contrast: scene.compute(
-                context,
-                &shaders::CONTRAST_COMP,
-                &[&[without_textures][..], &list].concat(),
-            )?,
-            shade: scene.compute(
-                context,
-                match scene.casters.lobes {
-                    1 => &shaders::SHADE_MIRRORS_COMP,
-                    _ => &shaders::SHADE_COMP,
-                },
-                &[&maps[..], &[visible, view, without_textures], &list].concat(),
-            )?,
+            background: of_surfaces([&shaders::BACKGROUND_VERT, &shaders::BACKGROUND_FRAG])?,
+            list_pixels: compute(&shaders::LIST_PIXELS_COMP)?,
+            contrast: compute(&shaders::CONTRAST_COMP)?,
+            shade: compute(match scene.casters.lobes {
+                1 => &shaders::SHADE_MIRRORS_COMP,
+                _ => &shaders::SHADE_COMP,
+            })?,
             image,
             depth,
             samples,
@@ -273,14 +260,7 @@ impl View {
             first: UVec2::new(first, list),
             ..push
         };
-        match items {
-            Items::Range(first, count) => {
-                recorder.dispatch_groups(pipeline, &push(first), self.pixels.groups(count));
-            }
-            Items::All => {
-                recorder.dispatch_indirect(pipeline, &push(0), &self.pixels.arguments, list);
-            }
-        }
+        (self.pixels).record(recorder, pipeline, push, (list, items));
     }
 
     /// Records the comparison of listed pixels with their neighbours.

@@ -72,12 +72,8 @@ impl Direct {
                 Resource::Image(&environment[i]),
             )
         });
-        let known_rays = ("known_rays", Resource::Image(&environment[0]));
         let groups = scene.scene.objects.len() as u64 * u64::from(DIRECT_CELL_GROUPS);
         let open_light = Buffer::new(context, "open groups", 16 * groups)?;
-        let open_groups = ("open_groups", Resource::Buffer(&open_light));
-        let direct_map = ("direct_map", Resource::Image(&map));
-        let bind = |shader, own: &[&[_]]| scene.compute(context, shader, &own.concat());
         let environment_texels: u64 = (scene.surfaces.tiles.iter())
             .filter(|tile| scene.environment.is_present && tile.is_rect())
             .map(|tile| {
@@ -94,33 +90,32 @@ impl Direct {
             _ => u64::from(scene.surfaces.block_count) * u64::from(BLOCK * BLOCK),
         };
         let texels = WorkList::new(context, scene, lit_texels, 8, SPLAT_GROUP)?;
-        let listed_texels = [
+        let own = [
+            rays,
+            smooth,
+            ("known_rays", Resource::Image(&environment[0])),
+            ("open_groups", Resource::Buffer(&open_light)),
+            ("direct_map", Resource::Image(&map)),
             ("texel_counts", Resource::Buffer(&texels.counts)),
             ("texels", Resource::Buffer(&texels.items)),
         ];
-        let [texel_list, block_list] = [&sharp_texels, &blocks].map(|list| list.resources("items"));
+        let [texel_list, block_list] =
+            [&sharp_texels, &blocks].map(|list| [&own[..], &list.resources("items")].concat());
+        let bind = |shader| scene.compute(context, shader, &block_list);
+        let bind_texels = |shader| scene.compute(context, shader, &texel_list);
         Ok(Self {
-            open_groups: bind(&shaders::OPEN_GROUPS_COMP, &[&[open_groups]])?,
-            environment_rays: bind(&shaders::ENVIRONMENT_RAYS_COMP, &[&[rays, known_rays]])?,
-            smooth_environment: bind(
-                &shaders::SMOOTH_ENVIRONMENT_COMP,
-                &[&[rays, smooth], &texel_list],
-            )?,
-            sharp_environment: bind(
-                &shaders::SHARP_ENVIRONMENT_COMP,
-                &[&[rays, smooth, open_groups], &texel_list],
-            )?,
-            classify: bind(&shaders::CLASSIFY_COMP, &[])?,
-            list_blocks: bind(&shaders::LIST_BLOCKS_COMP, &[&block_list])?,
-            direct: bind(&shaders::DIRECT_COMP, &[&[smooth, direct_map]])?,
-            mixed_blocks: bind(
-                &shaders::MIXED_BLOCKS_COMP,
-                &[&[smooth, direct_map], &block_list, &listed_texels],
-            )?,
-            penumbra: bind(&shaders::PENUMBRA_COMP, &[&[direct_map], &listed_texels])?,
-            atlas: bind(&shaders::DIRECT_ATLAS_COMP, &[&[direct_map]])?,
-            points: bind(&shaders::DIRECT_POINTS_COMP, &[])?,
-            copy_points: bind(&shaders::COPY_POINTS_COMP, &[])?,
+            open_groups: bind(&shaders::OPEN_GROUPS_COMP)?,
+            environment_rays: bind(&shaders::ENVIRONMENT_RAYS_COMP)?,
+            smooth_environment: bind_texels(&shaders::SMOOTH_ENVIRONMENT_COMP)?,
+            sharp_environment: bind_texels(&shaders::SHARP_ENVIRONMENT_COMP)?,
+            classify: bind(&shaders::CLASSIFY_COMP)?,
+            list_blocks: bind(&shaders::LIST_BLOCKS_COMP)?,
+            direct: bind(&shaders::DIRECT_COMP)?,
+            mixed_blocks: bind(&shaders::MIXED_BLOCKS_COMP)?,
+            penumbra: bind(&shaders::PENUMBRA_COMP)?,
+            atlas: bind(&shaders::DIRECT_ATLAS_COMP)?,
+            points: bind(&shaders::DIRECT_POINTS_COMP)?,
+            copy_points: bind(&shaders::COPY_POINTS_COMP)?,
             map,
             environment,
             open_light,
@@ -251,12 +246,7 @@ impl Direct {
             first,
             light_count: scene.lights.scene_count,
         };
-        match items {
-            Items::Range(first, count) => {
-                recorder.dispatch_groups(pipeline, &push(first), list.groups(count));
-            }
-            Items::All => recorder.dispatch_indirect(pipeline, &push(0), &list.arguments, 0),
-        }
+        list.record(recorder, pipeline, push, (0, items));
     }
 
     /// Records the irradiance of a rectangle of texels.
@@ -272,7 +262,6 @@ impl Direct {
             surface: tile.tile.object as u32,
             receiver: tile.mesh_receiver.unwrap_or(0),
             light_count: scene.lights.scene_count,
-            unused: 0,
         };
         let pipeline = match tile.is_rect() {
             true => &self.direct,

@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::gpu::{
-    BoundPipeline, Buffer, Constants, Context, Image, Recorder, Resource, Sampling, Shader,
-    Topology, Vertices, shaders,
+    BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, Shader, Topology,
+    Vertices, shaders,
 };
 use crate::render::caustic::Caustic;
 use crate::render::device_scene::DeviceScene;
@@ -198,13 +198,9 @@ impl Overlays {
         let mut receivers = None;
         if let Some(image) = &counts {
             for kind in &kinds {
-                count.push(BoundPipeline::graphics(
-                    context,
-                    [kind.vertex, &shaders::OVERLAY_COUNT_FRAG],
-                    kind.topology,
-                    Constants::default(),
-                    &[(kind.name, Resource::Buffer(kind.splats))],
-                )?);
+                let drawing = [kind.vertex, &shaders::OVERLAY_COUNT_FRAG];
+                let own = [(kind.name, Resource::Buffer(kind.splats))];
+                count.push(scene.graphics(context, drawing, kind.topology, &own)?);
             }
             let shaders = [
                 &shaders::OVERLAY_RECEIVER_VERT,

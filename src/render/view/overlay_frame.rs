@@ -10,16 +10,12 @@ use crate::gpu::{Access, Recorder, Vertices};
 use crate::render::barriers::ANY;
 use crate::render::caustic::Caustic;
 use crate::render::device_scene::DeviceScene;
-use crate::render::lights::Source;
-use crate::render::splat::list::Batch;
 use crate::render::view::camera::View;
 use crate::render::view::overlay::Overlays;
 use crate::scene::Camera;
 
 /// Writes of the draws of overlays.
 const WRITTEN: Access = Access::BLEND.and(Access::DRAW);
-/// Points of a first submission, before the speed of the device is known.
-const FIRST_POINTS: u64 = 1 << 12;
 
 /// Draws overlays over the picture of the frame before.
 pub fn overlays(
@@ -81,24 +77,16 @@ fn each_batch(
     match caustic {
         Caustic::Gather { .. } => Ok(()),
         Caustic::Points(points) => {
-            let total = match scene.casters.lit_count {
-                0 => 0,
-                _ => points.count.into(),
-            };
-            recorder.tiled(
-                "overlays of points",
-                total,
-                FIRST_POINTS,
-                |r, done, limit| {
-                    let batch = (done as u32, limit.min(points.batch.into()) as u32);
-                    r.pass("trace points again", |r| {
-                        points.record_trace(r, scene, batch);
-                        r.barrier(ANY, ANY);
-                    })?;
-                    draw(r, (0, 1), points.vertices(scene, batch))?;
-                    Ok(batch.1.into())
-                },
-            )
+            if scene.casters.lit_count == 0 {
+                return Ok(());
+            }
+            points.each_batch(recorder, "overlays of points", |r, batch| {
+                r.pass("trace points again", |r| {
+                    points.record_trace(r, scene, batch);
+                    r.barrier(ANY, ANY);
+                })?;
+                draw(r, (0, 1), points.vertices(scene, batch))
+            })
         }
         Caustic::Splat {
             triangles,
@@ -108,13 +96,13 @@ fn each_batch(
         } => {
             let mut kind = 0;
             if let Some(triangles) = triangles {
-                let batches = triangles.expected_batches.unwrap_or(triangles.batches);
+                let batches = match scene.lights.count {
+                    0 => 0,
+                    _ => triangles.expected_batches.unwrap_or(triangles.batches),
+                };
                 for batch in 0..batches {
-                    let Some(group) = scene.group(Source::Suns) else {
-                        break;
-                    };
                     recorder.pass("project triangles again", |r| {
-                        triangles.record_project(r, scene, group, batch);
+                        triangles.record_project(r, scene, batch);
                         r.barrier(ANY, ANY);
                     })?;
                     draw(recorder, (kind, 1), triangles.vertices(batch))?;
@@ -131,36 +119,20 @@ fn each_batch(
                 kind += 1;
             }
             for projector in projectors {
-                let Some(group) = scene.group(projector.source) else {
-                    kind += 1;
-                    continue;
-                };
                 let list = &projector.list;
                 recorder.pass("clear list again", |r| {
                     r.zero(&list.arguments);
                     r.barrier(ANY, ANY);
                 })?;
-                let first = scene.first_pairs();
-                recorder.tiled(
-                    "overlays of pairs",
-                    group.pairs(),
-                    first,
-                    |r, done, limit| {
-                        let batch = Batch {
-                            group,
-                            first_pair: done as u32,
-                            pair_count: limit.min(list.capacity.into()) as u32,
-                        };
-                        r.pass("project pairs again", |r| {
-                            projector.record_project(r, scene, batch);
-                            r.barrier(ANY, ANY);
-                            list.record_compact(r, batch.pair_count);
-                            r.barrier(ANY, ANY);
-                        })?;
-                        draw(r, (kind, group.pairs()), list.vertices())?;
-                        Ok(batch.pair_count.into())
-                    },
-                )?;
+                projector.each_batch(recorder, scene, "overlays of pairs", |r, batch| {
+                    r.pass("project pairs again", |r| {
+                        projector.record_project(r, scene, batch);
+                        r.barrier(ANY, ANY);
+                        list.record_compact(r, batch.pair_count);
+                        r.barrier(ANY, ANY);
+                    })?;
+                    draw(r, (kind, batch.group.pairs()), list.vertices())
+                })?;
                 kind += 1;
             }
             Ok(())

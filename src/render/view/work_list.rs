@@ -5,6 +5,7 @@ use crate::gpu::{BoundPipeline, Buffer, Context, Recorder, Resource, shaders};
 use crate::render::device_scene::DeviceScene;
 use crate::render::gpu_types::PlanPush;
 use crate::render::gpu_types::constants::MAX_ROW;
+use bytemuck::Pod;
 use std::sync::Arc;
 
 /// Items of a list that a dispatch is for.
@@ -79,10 +80,22 @@ impl WorkList {
         Ok(recorder.read::<u32>(&self.counts, 2)?[list])
     }
 
-    /// Workgroups of a dispatch over so many items, across and down.
-    pub fn groups(&self, items: u32) -> [u32; 3] {
-        let groups = items.div_ceil(self.per_group);
-        [groups.min(MAX_ROW), groups.div_ceil(MAX_ROW), 1]
+    /// Records `pipeline` over items of list 0 or 1. `push` takes the first one.
+    pub fn record<P: Pod>(
+        &self,
+        recorder: &mut Recorder,
+        pipeline: &BoundPipeline,
+        push: impl Fn(u32) -> P,
+        (list, items): (u32, Items),
+    ) {
+        match items {
+            Items::Range(first, count) => {
+                let groups = count.div_ceil(self.per_group);
+                let groups = [groups.min(MAX_ROW), groups.div_ceil(MAX_ROW), 1];
+                recorder.dispatch_groups(pipeline, &push(first), groups);
+            }
+            Items::All => recorder.dispatch_indirect(pipeline, &push(0), &self.arguments, list),
+        }
     }
 
     pub fn bytes(&self) -> u64 {

@@ -65,7 +65,7 @@ pub fn compile(
     }
     let compiler = glslc::Compiler::find()?;
     let outputs = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
-    let has_texel_buffers = context.uses_texel_buffers();
+    let has_texel_buffers = context.has_texel_buffers();
     let macro_ = (!has_texel_buffers).then_some(WITHOUT_TEXEL_BUFFERS);
     let words_of = |shader: &Shader| match has_texel_buffers || shader.words_in_storage.is_empty() {
         true => shader.words,
