@@ -234,48 +234,46 @@ fn a_mirror_turns_to_the_light_and_away() {
     }
 }
 
-/// Tiles of a mirror that change places and sizes: the hierarchy over them is built anew, which changes the indices of all
+/// Tiles of a mirror that fly apart, of which half shrink: the hierarchy over them is built anew, which changes the indices of all
 /// triangles, but not into how many facets each is divided.
 #[test]
-fn tiles_that_change_places_are_as_if_made_there() {
-    const TILES: usize = 48;
-    let tiles = |places: fn(usize) -> (usize, f64)| {
+fn tiles_that_fly_apart_are_as_if_made_there() {
+    const SIDE: usize = 20;
+    // Column, row and size of each, and between two in m.
+    let tiles = |places: fn(usize) -> (usize, f64), steps: [f64; 2]| {
         let mut scene = ring();
         let along = DVec3::new(0.4, 0.0, 0.7).normalize();
         let mut positions = Vec::new();
-        for (place, size) in (0..TILES).map(places) {
-            let corner = (0.0375 * place as f64 - 0.9) * along + 0.3 * DVec3::Y;
+        for (place, size) in (0..SIDE * SIDE).map(places) {
+            let [column, row] = [place % SIDE, place / SIDE].map(|number| number as f64);
+            let corner = steps[0] * (column - 10.0) * along + (0.1 + steps[1] * row) * DVec3::Y;
             positions.extend([corner, corner + size * along, corner + size * DVec3::Y]);
         }
         scene.objects[0].geometry = Geometry::Mesh(Arc::new(Mesh {
             normals: vec![along.cross(DVec3::Y); positions.len()],
-            positions,
-            triangles: (0..TILES as u32)
-                .map(|i| [0, 1, 2].map(|corner| 3 * i + corner))
+            triangles: (0..positions.len() as u32 / 3)
+                .map(|tile| [0, 1, 2].map(|corner| 3 * tile + corner))
                 .collect(),
+            positions,
         }));
         scene
     };
-    let before = tiles(|i| (i, 0.03));
-    let settings = footprint(4096);
+    let before = tiles(|tile| (tile, 0.02), [0.02, 0.02]);
+    let after = tiles(
+        |tile| (173 * tile % (SIDE * SIDE), [0.02, 0.01][tile % 2]),
+        [0.09, 0.04],
+    );
     let device = Device::open();
-    for (what, after) in [
-        (
-            "smaller tiles",
-            tiles(|i| (29 * i % TILES, [0.03, 0.015][i % 2])),
-        ),
-        (
-            "larger tiles",
-            tiles(|i| (29 * i % TILES, [0.03, 0.06][i % 2])),
-        ),
-    ] {
+    // A renderer for `after` alone has fewer facets for the one number of samples, and more for the other.
+    for samples in [4096, 16_384] {
+        let settings = footprint(samples);
         let mut renderer = device.renderer(&before, &settings);
         renderer.caustic().unwrap();
         renderer.update(&after).unwrap();
         let map = floor_of(&mut renderer, &after);
         let alone = device.caustic(&after, "floor", &settings);
         assert_error(
-            what,
+            &format!("tiles that fly apart, {samples} samples"),
             0.005,
             l1(&map, &alone),
             l1(&scaled(&map, 1.01), &alone),
