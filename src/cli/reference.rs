@@ -11,8 +11,8 @@ use indicatif::ProgressBar;
 use nephroid::Result;
 use nephroid::image_file::{Layer, RgbImage, write_exr};
 use nephroid::reference::{
-    Cached, FluxReference, Map, Options, Progress, View, cached_caustic, cached_view, caustic,
-    flux_balance, view,
+    Cached, FluxReference, Options, Progress, View, cached_caustic, cached_view, caustic,
+    flux_balance, to_f32, view,
 };
 use nephroid::scene::Scene;
 use serde::Serialize;
@@ -240,11 +240,7 @@ fn fresh<T>(reference: T) -> Cached<T> {
 fn light_map(receiver: String, cached: Cached) -> Made {
     let reference = cached.reference;
     Made {
-        image: RgbImage {
-            width: reference.width,
-            height: reference.height,
-            pixels: to_f32(&reference.irradiance),
-        },
+        image: reference.image(),
         standard_error: to_f32(&reference.standard_error),
         comment: "caustic irradiance, W/m^2; error.*: standard error, W/m^2".into(),
         summary: Summary {
@@ -310,12 +306,6 @@ impl Summary {
             self.samples as f64 / 1e6,
         ))
     }
-}
-
-fn to_f32(map: &Map) -> Vec<[f32; 3]> {
-    map.iter()
-        .map(|rgb| rgb.map(|value| value as f32))
-        .collect()
 }
 
 /// Steps of the progress bar.

@@ -504,13 +504,7 @@ impl Truth {
         let coarse = reference.coarser(reference.width / width);
         assert_eq!([coarse.width, coarse.height], [width, height]);
         Self {
-            map: RgbImage {
-                width,
-                height,
-                pixels: (coarse.irradiance.iter())
-                    .map(|rgb| rgb.map(|value| value as f32))
-                    .collect(),
-            },
+            map: coarse.image(),
             error: coarse.relative_error,
         }
     }

@@ -11,6 +11,13 @@ pub const MEAN_ABSOLUTE: f64 = FRAC_2_SQRT_PI * FRAC_1_SQRT_2;
 /// Texels from the top row, RGB.
 pub type Map = Vec<[f64; 3]>;
 
+/// The map in the precision of image files.
+pub fn to_f32(map: &Map) -> Vec<[f32; 3]> {
+    map.iter()
+        .map(|rgb| rgb.map(|value| value as f32))
+        .collect()
+}
+
 /// An unbiased estimate of the irradiance, or of a part of it.
 pub struct Estimate {
     /// W/m²

@@ -48,6 +48,7 @@ mod view;
 mod visibility;
 
 use crate::error::{Error, Result};
+use crate::image_file::RgbImage;
 use crate::scene::{Scene, light_map_side, memory};
 use gather::Gathering;
 use lights::Emitter;
@@ -58,7 +59,7 @@ use trace::LightTracing;
 use visibility::Blockers;
 
 pub use cache::{Cached, cache_entry_bytes, cached_caustic, cached_view, read_cache_entry};
-pub use estimate::{Map, REPLICATES};
+pub use estimate::{Map, REPLICATES, to_f32};
 pub use flux::{FluxReference, flux_balance};
 pub use rounds::{Options, Progress};
 pub(crate) use sequence::split_mix;
@@ -87,6 +88,17 @@ pub struct Reference {
     pub received_flux: [f64; 3],
     /// Its standard error, W. It is much less than those of the texels, whose errors depend on each other, would give.
     pub received_flux_error: [f64; 3],
+}
+
+impl Reference {
+    /// The irradiance as an image of `width` × `height` texels, W/m².
+    pub fn image(&self) -> RgbImage {
+        RgbImage {
+            width: self.width,
+            height: self.height,
+            pixels: to_f32(&self.irradiance),
+        }
+    }
 }
 
 /// Computes the irradiance of the receiver `scene.objects[receiver]` on `texels` (width, height)

@@ -434,13 +434,13 @@ impl<'a> Loader<'a> {
         };
         self.objects.push(MovingObject {
             object: Object {
-                name: entry.name.get_ref().clone(),
-                material: *section.required("material", &material)?,
-                geometry,
                 light_map,
-                unwrapping: None,
-                uvs: None,
                 blocks_light: entry.blocks_light.unwrap_or(true),
+                ..Object::new(
+                    entry.name.get_ref(),
+                    *section.required("material", &material)?,
+                    geometry,
+                )
             },
             frames: None,
             motion,

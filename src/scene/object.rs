@@ -47,6 +47,19 @@ pub struct Object {
 }
 
 impl Object {
+    /// An object that casts shadows, without a light map and texture coordinates.
+    pub fn new(name: impl Into<String>, material: usize, geometry: Geometry) -> Self {
+        Self {
+            name: name.into(),
+            material,
+            geometry,
+            light_map: None,
+            unwrapping: None,
+            uvs: None,
+            blocks_light: true,
+        }
+    }
+
     /// Texture coordinates of the corners of all triangles of [`Geometry::mesh`], in their order. Those of a rect and of waves are
     /// 0 to 1 along edge_u and edge_v. `None` for a mesh whose file has none, or whose material needs none.
     pub fn texture_coordinates(&self) -> Option<Cow<'_, [[DVec2; 3]]>> {

@@ -13,6 +13,17 @@ pub struct Material {
     pub albedo_map: Option<AlbedoMap>,
 }
 
+impl Material {
+    /// A material without an albedo map.
+    pub fn new(name: impl Into<String>, kind: MaterialKind) -> Self {
+        Self {
+            name: name.into(),
+            kind,
+            albedo_map: None,
+        }
+    }
+}
+
 /// A texture as a surface has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AlbedoMap {

@@ -2,8 +2,8 @@
 //! `docs/accuracy.md`.
 
 use super::{
-    Device, RING_HEIGHT, flux, footprint, image, load, method, middles, object_mut, options,
-    ratio_error, rect, ring, shifted_by_a_texel, solve, texel_mean, toward_sun, with_texels,
+    Device, RING_HEIGHT, flux, footprint, load, method, middles, object_mut, options, ratio_error,
+    rect, ring, shifted_by_a_texel, solve, texel_mean, toward_sun, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -85,7 +85,7 @@ impl Case {
         match self.solver {
             Solver::Renderer(settings) => device.caustic(&scene, self.receiver, &settings()),
             Solver::Reference(error) => {
-                image(&solve(&scene, self.receiver, self.texels, &options(error)))
+                solve(&scene, self.receiver, self.texels, &options(error)).image()
             }
         }
     }

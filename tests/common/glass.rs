@@ -94,32 +94,18 @@ fn turn(angle: f64) -> DVec2 {
 
 /// Bodies and a receiver in a white point of light.
 pub fn scene(toward: DVec3, receiver: Rect, bodies: Vec<(MaterialKind, Geometry)>) -> Scene {
-    let object = |name: String, material, geometry| Object {
-        name,
-        material,
-        geometry,
-        light_map: None,
-        unwrapping: None,
-        uvs: None,
-        blocks_light: true,
-    };
-    let material = |name: String, kind| Material {
-        name,
-        kind,
-        albedo_map: None,
-    };
     let paper = MaterialKind::Diffuse {
         albedo: DVec3::splat(0.5),
     };
-    let mut materials = vec![material("paper".into(), paper)];
+    let mut materials = vec![Material::new("paper", paper)];
     let mut objects = vec![Object {
         light_map: Some([32, 32]),
-        ..object(RECEIVER.into(), 0, Geometry::Rect(receiver))
+        ..Object::new(RECEIVER, 0, Geometry::Rect(receiver))
     }];
     for (kind, geometry) in bodies {
         let name = format!("body {}", materials.len());
-        objects.push(object(name.clone(), materials.len(), geometry));
-        materials.push(material(name, kind));
+        objects.push(Object::new(name.clone(), materials.len(), geometry));
+        materials.push(Material::new(name, kind));
     }
     Scene {
         camera: load("mirror.toml").camera,

@@ -192,16 +192,6 @@ pub fn options(error: f64) -> Options {
     }
 }
 
-pub fn image(reference: &Reference) -> RgbImage {
-    RgbImage {
-        width: reference.width,
-        height: reference.height,
-        pixels: (reference.irradiance.iter())
-            .map(|rgb| rgb.map(|value| value as f32))
-            .collect(),
-    }
-}
-
 /// A device under the validation layers. A missing driver or layer fails the test.
 pub fn validated_context() -> Arc<Context> {
     let options = ContextOptions {

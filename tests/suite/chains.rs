@@ -2,8 +2,8 @@
 
 use crate::common::glass::{self, block};
 use crate::common::{
-    Device, assert_error_beyond_noise, footprint, image, l1, l1_noise, load_with_chains,
-    only_receiver, options, solve, with_sun_of, with_texels,
+    Device, assert_error_beyond_noise, footprint, l1, l1_noise, load_with_chains, only_receiver,
+    options, solve, with_sun_of, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -32,7 +32,7 @@ fn by_device(scene: &Scene) -> RgbImage {
 }
 
 fn by_reference(scene: &Scene) -> RgbImage {
-    image(&solve(scene, "floor", TEXELS, &options(0.03)))
+    solve(scene, "floor", TEXELS, &options(0.03)).image()
 }
 
 /// Mean over the texels in the middle half of the floor, RGB, W/m².
@@ -243,7 +243,7 @@ fn against_the_reference() {
     ] {
         let scene = only_receiver(load_with_chains(name), receiver, [side, side]);
         let truth = solve(&scene, receiver, [side, side], &options(noise));
-        let truth_map = image(&truth);
+        let truth_map = truth.image();
         let device = Device::open();
         let settings = Settings {
             error: Some(0.02),

@@ -2,7 +2,7 @@
 
 use crate::common::glass::block;
 use crate::common::{
-    Device, assert_error_beyond_noise, assert_physical, flux_noise, footprint, image, l1, l1_noise,
+    Device, assert_error_beyond_noise, assert_physical, flux_noise, footprint, l1, l1_noise,
     load_with_chains, moved, object_mut, options, solve, texels, with_sun_of,
 };
 use crate::flux_balance::assert_adds_up;
@@ -112,7 +112,7 @@ fn assert_is_reference(
         ..footprint(16_384)
     };
     let reference = solve(scene, name, SIZE, &options(reference_error));
-    let truth = image(&reference);
+    let truth = reference.image();
     let map = device.caustic(scene, name, &settings);
     assert_physical(&map);
     let one = Scene {

@@ -328,7 +328,7 @@ fn an_averaged_reference_is_a_reference() {
     let coarse = fine.coarser(2);
     assert!(coarse.relative_error < fine.relative_error);
     let direct = solve(&scene, "floor", [32; 2], &options(0.002));
-    let [coarse_map, direct_map] = [&coarse, &direct].map(crate::common::image);
+    let [coarse_map, direct_map] = [coarse.image(), direct.image()];
     // Errors of both, of which expected values are known, and a margin for chance.
     let bound = 1.5 * coarse.relative_error.hypot(direct.relative_error);
     crate::common::assert_error(

@@ -2,7 +2,7 @@
 
 use crate::common::glass::{self, block};
 use crate::common::{
-    Device, assert_error_beyond_noise, footprint, image, l1, l1_noise, load_with_chains, method,
+    Device, assert_error_beyond_noise, footprint, l1, l1_noise, load_with_chains, method,
     object_mut, only_receiver, options, solve, texels, with_texels,
 };
 use glam::DVec3;
@@ -246,7 +246,7 @@ fn against_the_reference() {
     let texels = [192, 80];
     let scene = only_receiver(load_with_chains("prism.toml"), "wall", texels);
     let truth = solve(&scene, "wall", texels, &options(0.04));
-    let truth_map = image(&truth);
+    let truth_map = truth.image();
     let settings = Settings {
         error: Some(0.01),
         ..footprint(16_384)

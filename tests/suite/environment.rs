@@ -1,8 +1,8 @@
 //! Light from everywhere by footprints: against the reference, a sun, and itself.
 
 use crate::common::{
-    Device, assert_error, flux, footprint, image, l1, load, only_receiver, options, rect, scaled,
-    solve, toward_sun,
+    Device, assert_error, flux, footprint, l1, load, only_receiver, options, rect, scaled, solve,
+    toward_sun,
 };
 use glam::DVec3;
 use nephroid::render::Settings;
@@ -52,12 +52,7 @@ fn disc(toward: DVec3, radius: f64) -> LightKind {
 #[test]
 fn windows_on_the_ring() {
     let scene = under(ring(), load("table.toml").lights[0].kind.clone());
-    let truth = image(&crate::common::truth(
-        &scene,
-        "floor",
-        [64, 64],
-        &options(0.02),
-    ));
+    let truth = crate::common::truth(&scene, "floor", [64, 64], &options(0.02)).image();
     let device = Device::open();
     let [coarse, fine] =
         [4096, 65_536].map(|samples| device.caustic(&scene, "floor", &footprint(samples)));
@@ -84,12 +79,7 @@ fn images_and_cells_are_settings() {
     let usual = map(4096, 4, 4096);
     assert!(usual.pixels == map(1024, 16, 4096).pixels);
     assert!(usual.pixels == map(4096, 4, 1024).pixels);
-    let truth = image(&crate::common::truth(
-        &scene,
-        "floor",
-        [64, 64],
-        &options(0.02),
-    ));
+    let truth = crate::common::truth(&scene, "floor", [64, 64], &options(0.02)).image();
     let [usual, more, few] =
         [usual, map(4096, 16, 4096), map(4096, 4, 8)].map(|map| l1(&map, &truth));
     println!("L1 {usual}, with more images {more}, with 8 cells {few}");
@@ -131,7 +121,7 @@ fn glass_lets_the_sky_through() {
     let floor = rect(&scene, "floor");
     let share = |scene: &Scene| {
         let found = flux(&device.caustic(scene, "floor", &footprint(16_384)), &floor)[0];
-        found / flux(&image(&truth), &floor)[0]
+        found / flux(&truth.image(), &floor)[0]
     };
     let found = share(&scene);
     println!("share of the reference's light: {found}");

@@ -4,8 +4,8 @@
 
 use crate::common::{
     Device, assert_error, assert_error_beyond_noise, assert_physical, brighter, floor, footprint,
-    image, l1, l1_noise, load, method, middles, object_mut, only_receiver, options, rect, scaled,
-    solve, toward_sun, with_texels,
+    l1, l1_noise, load, method, middles, object_mut, only_receiver, options, rect, scaled, solve,
+    toward_sun, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -61,7 +61,7 @@ fn footprints_of_the_bowl_with_the_lamp_near_and_far() {
     for sizes in [1.0, 2.0, 5.0, 20.0] {
         let scene = bowl(sizes, 128);
         let reference = solve(&scene, "table", [128; 2], &options(0.016));
-        let (truth, noise) = (image(&reference), l1_noise(&reference));
+        let (truth, noise) = (reference.image(), l1_noise(&reference));
         let map = |scene: &Scene| {
             let map = device.caustic(scene, "table", &footprint(16_384));
             assert_physical(&map);
@@ -81,7 +81,7 @@ fn footprints_of_the_bowl_with_the_lamp_near_and_far() {
 fn points_of_the_bowl() {
     let device = Device::open();
     let scene = bowl(1.0, 64);
-    let truth = image(&solve(&scene, "table", [64; 2], &options(0.01)));
+    let truth = solve(&scene, "table", [64; 2], &options(0.01)).image();
     let map = device.caustic(&scene, "table", &method(Method::Points, 2_000_000));
     let [error, bright] = [1.0, 1.05].map(|factor| l1(&scaled(&map, factor), &truth));
     assert_error("bowl, points, L1", 0.03, error, bright);
@@ -126,7 +126,7 @@ fn a_distant_lamp_is_a_sun() {
     let [far, near] = [DISTANCE, 30.0].map(|distance| l1(&direct(lamp(distance)), &truth));
     assert_error("distant lamp, direct", 0.001, far, near);
     // The same rays of the reference would be other points, so its noise counts.
-    let solve = |scene: &Scene| image(&solve(scene, "floor", [16; 2], &options(0.002)));
+    let solve = |scene: &Scene| solve(scene, "floor", [16; 2], &options(0.002)).image();
     let truth = solve(&sun);
     let [far, near] = [DISTANCE, 30.0].map(|distance| l1(&solve(&lamp(distance)), &truth));
     assert_error("distant lamp, reference", 0.004, far, near);
@@ -194,19 +194,7 @@ fn open_floor_under_a_lamp() {
 }
 
 fn plate(y: f64, half: f64, material: usize) -> Object {
-    Object {
-        name: "plate".into(),
-        material,
-        geometry: Geometry::Rect(Rect {
-            origin: DVec3::new(-half, y, half),
-            edge_u: 2.0 * half * DVec3::X,
-            edge_v: -2.0 * half * DVec3::Z,
-        }),
-        light_map: None,
-        unwrapping: None,
-        uvs: None,
-        blocks_light: true,
-    }
+    Object::new("plate", material, floor(half, y))
 }
 
 /// A plate below the lamp casts its shadow, from the lamp's place; one above the lamp casts none.
@@ -260,7 +248,7 @@ fn only_what_is_before_the_lamp_blocks() {
         let mut sums: Vec<f64> = (by_renderer.iter())
             .map(|of| sum(device.caustic(scene, "floor", &method(*of, 2048))))
             .collect();
-        sums.push(sum(image(&solve(scene, "floor", [32; 2], &options(0.1)))));
+        sums.push(sum(solve(scene, "floor", [32; 2], &options(0.1)).image()));
         sums
     };
     let open = fluxes(&scene);

@@ -3,8 +3,7 @@
 
 use crate::common::{
     Device, assert_error, assert_error_beyond_noise, assert_physical, brighter, flux_noise,
-    footprint, image, l1, l1_noise, load, method, object_mut, options, refuses, scaled, solve,
-    texels,
+    footprint, l1, l1_noise, load, method, object_mut, options, refuses, scaled, solve, texels,
 };
 use glam::{DMat3, DVec2, DVec3};
 use nephroid::image_file::RgbImage;
@@ -140,7 +139,7 @@ fn caustics_on_meshes_are_those_of_the_reference() {
     ] {
         let scene = scene(object);
         let reference = solve(&scene, "receiver", size, &options(0.01));
-        let truth = image(&reference);
+        let truth = reference.image();
         let map = device.caustic(&scene, "receiver", &footprint(16_384));
         assert_physical(&map);
         let perturbed = device.caustic(&turned(&scene), "receiver", &footprint(16_384));
@@ -173,7 +172,7 @@ fn an_environment_lights_meshes() {
     let map = [64, 64];
     let mut scene = scene(receiver(globe().0, vec![], map));
     scene.lights = load("table.toml").lights;
-    let truth = image(&solve(&scene, "receiver", map, &options(0.02)));
+    let truth = solve(&scene, "receiver", map, &options(0.02)).image();
     let caustic = |scene: &Scene, samples| device.caustic(scene, "receiver", &footprint(samples));
     let found = caustic(&scene, 16_384);
     assert_physical(&found);
@@ -200,7 +199,7 @@ fn points_and_pinhole_light_meshes_too() {
     let scene = crate::common::with_sun_of(scene(receiver(globe().0, vec![], [64, 64])), 2.5);
     let (_, texels) = texels(&scene, "receiver");
     let reference = solve(&scene, "receiver", [64, 64], &options(0.01));
-    let truth = image(&reference);
+    let truth = reference.image();
     let exact = flux(&truth, &texels);
     for (method_, samples, bound) in [
         (Method::Points, 800_000, 0.01),
@@ -264,7 +263,7 @@ fn a_flat_mesh_receives_what_a_rect_does() {
             assert_error(&format!("{file}, {what}"), bound, error, perturbed);
         };
         same("reference", 0.01, &|scene| {
-            image(&solve(scene, name, texels, &options(0.005)))
+            solve(scene, name, texels, &options(0.005)).image()
         });
         if file == "mirror.toml" {
             same("direct", 0.005, &|scene| device.direct(scene, name));

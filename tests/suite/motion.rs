@@ -1,8 +1,8 @@
 //! Frames of what moves: the same as if each were rendered alone, and without flicker.
 
 use crate::common::{
-    Device, assert_error, brighter, footprint, image, l1, load, method, moved, object_mut,
-    only_receiver, options, scaled, solve,
+    Device, assert_error, brighter, footprint, l1, load, method, moved, object_mut, only_receiver,
+    options, scaled, solve,
 };
 use glam::DVec3;
 use nephroid::Error;
@@ -395,7 +395,7 @@ fn a_turning_ring_does_not_flicker() {
     let mut renderer = device.renderer(&scenes[0], &settings);
     let [mut steady, mut jumping] = [(); 2].map(|()| SequenceMeter::default());
     for (frame, scene) in scenes.iter().enumerate() {
-        let truth = image(&solve(scene, "floor", [48, 48], &options(0.0015)));
+        let truth = solve(scene, "floor", [48, 48], &options(0.0015)).image();
         renderer.update(scene).unwrap();
         steady
             .push(floor_of(&mut renderer, scene), truth.clone())

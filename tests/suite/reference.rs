@@ -1,7 +1,7 @@
 //! What the reference promises beside the closed forms. Every check is seen to fail on a perturbed
 //! twin.
 
-use crate::common::{assert_errors_are_honest, image, load, options, ring, solve};
+use crate::common::{assert_errors_are_honest, load, options, ring, solve};
 use glam::DVec3;
 use nephroid::Error;
 use nephroid::measure;
@@ -27,7 +27,7 @@ fn error_bars_are_what_two_seeds_differ_by() {
         let solutions = [&one, &two].map(|of| [&of.irradiance[..], &of.standard_error[..]]);
         assert_errors_are_honest(name, solutions);
 
-        let difference = measure::compare(&image(&one), &image(&two))
+        let difference = measure::compare(&one.image(), &two.image())
             .unwrap()
             .l1
             .unwrap();
@@ -87,13 +87,8 @@ fn the_same_seed_gives_the_same_bits_on_one_thread_and_on_several() {
 fn with_plate(rect: Rect, blocks_light: bool) -> f64 {
     let mut scene = load("mirror.toml");
     scene.objects.push(Object {
-        name: "plate".into(),
-        material: scene.objects[1].material,
-        geometry: Geometry::Rect(rect),
-        light_map: None,
-        unwrapping: None,
-        uvs: None,
         blocks_light,
+        ..Object::new("plate", scene.objects[1].material, Geometry::Rect(rect))
     });
     solve(&scene, "floor", [32, 32], &options(0.1)).received_flux[0]
 }

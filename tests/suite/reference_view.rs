@@ -47,19 +47,11 @@ fn scene(camera: Camera, lights: Vec<LightKind>, objects: Vec<(MaterialKind, Geo
     }
     for (kind, geometry) in objects {
         let material = scene.materials.len();
-        scene.materials.push(Material {
-            name: format!("material {material}"),
-            kind,
-            albedo_map: None,
-        });
+        let name = format!("material {material}");
+        scene.materials.push(Material::new(name, kind));
         scene.objects.push(Object {
-            name: format!("object {material}"),
-            material,
-            geometry,
-            light_map: None,
-            unwrapping: None,
-            uvs: None,
             blocks_light: false,
+            ..Object::new(format!("object {material}"), material, geometry)
         });
     }
     scene
@@ -478,18 +470,14 @@ fn caustic_of_a_flat_mirror() {
     // In a mirror behind it.
     scene.camera.position.y = -scene.camera.position.y;
     let mut above = scene.clone();
+    let ceiling = square(0.0, true).moved(&nephroid::scene::Similarity {
+        scale: 1e-2,
+        rotation: glam::DMat3::from_rotation_x(PI),
+        shift: DVec3::new(lit.x, 2.0, lit.z),
+    });
     above.objects.push(Object {
-        name: "ceiling".into(),
-        material: 0,
-        geometry: square(0.0, true).moved(&nephroid::scene::Similarity {
-            scale: 1e-2,
-            rotation: glam::DMat3::from_rotation_x(PI),
-            shift: DVec3::new(lit.x, 2.0, lit.z),
-        }),
-        light_map: None,
-        unwrapping: None,
-        uvs: None,
         blocks_light: false,
+        ..Object::new("ceiling", 0, ceiling)
     });
     // Its image at y = 4 is looked at from below the ceiling and above the floor.
     above.camera = camera(

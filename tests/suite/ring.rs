@@ -1,8 +1,8 @@
 //! The ring's caustic against the reference: what the methods promise.
 
 use crate::common::{
-    Device, assert_error, assert_error_beyond_noise, assert_physical, footprint, image, l1,
-    l1_noise, load, method, only_receiver, options, scaled, shifted_by_a_texel, truth, with_sun_of,
+    Device, assert_error, assert_error_beyond_noise, assert_physical, footprint, l1, l1_noise,
+    load, method, only_receiver, options, scaled, shifted_by_a_texel, truth, with_sun_of,
     with_texels,
 };
 use nephroid::image_file::RgbImage;
@@ -44,7 +44,7 @@ fn solved(light: &Disc) -> Arc<Reference> {
 /// The reference, and the standard error of an L1 to it.
 fn reference(light: &Disc) -> (RgbImage, f64) {
     let reference = solved(light);
-    (image(&reference), l1_noise(&reference))
+    (reference.image(), l1_noise(&reference))
 }
 
 /// L1 of the footprints of about `samples` patches, seen to be worse where the light is 5 % too
@@ -138,7 +138,7 @@ fn points_converge() {
 fn pinhole_without_its_filter_is_noisier() {
     let device = Device::open();
     let scene = only_receiver(scene(&LAMP), "floor", [64, 64]);
-    let truth = image(&solved(&LAMP).coarser(2));
+    let truth = solved(&LAMP).coarser(2).image();
     let error = |filter| {
         let settings = Settings {
             filter,

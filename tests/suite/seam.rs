@@ -1,7 +1,7 @@
 //! A caustic that runs over the edge between two light maps does not show it.
 
 use crate::common::{
-    Device, assert_error, assert_physical, footprint, image, load, options, scaled, solve,
+    Device, assert_error, assert_physical, footprint, load, options, scaled, solve,
 };
 use nephroid::image_file::RgbImage;
 
@@ -43,7 +43,7 @@ fn corner_shows_no_seam() {
     let scene = crate::common::with_texels(load("corner.toml"), "floor", FLOOR);
     let scene = crate::common::with_texels(scene, "wall", WALL);
     let truth = [("floor", FLOOR), ("wall", WALL)]
-        .map(|(name, texels)| image(&solve(&scene, name, texels, &options(0.014))));
+        .map(|(name, texels)| solve(&scene, name, texels, &options(0.014)).image());
     let maps = device.caustics(&scene, &["floor", "wall"], &footprint(16_384));
     maps.iter().for_each(assert_physical);
     let maps: [RgbImage; 2] = maps.try_into().unwrap();
@@ -89,7 +89,7 @@ fn cusp_between_two_columns_has_its_light_once() {
     for wall in [[128, 15], [128, 78]] {
         let scene = crate::common::only_receiver(load("corner.toml"), "wall", wall);
         let reference = solve(&scene, "wall", wall, &options(0.004));
-        let exact = sum(&image(&reference));
+        let exact = sum(&reference.image());
         let error = |map: &RgbImage| (sum(map) / exact - 1.0).abs();
         let map = device.caustic(&scene, "wall", &settings);
         assert_error(

@@ -1,8 +1,8 @@
 //! Refraction against closed forms, and waves against the reference.
 
 use crate::common::{
-    Device, assert_error, assert_physical, floor, flux, footprint, image, l1, load, method,
-    object_mut, only_receiver, options, rect, solve,
+    Device, assert_error, assert_physical, floor, flux, footprint, l1, load, method, object_mut,
+    only_receiver, options, rect, solve,
 };
 use glam::{DVec2, DVec3};
 use nephroid::image_file::RgbImage;
@@ -20,14 +20,10 @@ const IOR: f64 = 1.333;
 /// Water of 2 m × 2 m at the height 0 between a floor and a ceiling that blocks nothing, each of
 /// `half` m to every side, 0.5 m away.
 fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Scene {
-    let object = |name: &str, material, geometry, light_map, blocks_light| Object {
-        name: name.into(),
-        material,
-        geometry,
-        light_map,
-        unwrapping: None,
-        uvs: None,
+    let plaster = |name, geometry, blocks_light| Object {
+        light_map: Some([32, 32]),
         blocks_light,
+        ..Object::new(name, 1, geometry)
     };
     let Geometry::Rect(still) = floor(1.0, 0.0) else {
         unreachable!()
@@ -43,11 +39,6 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
         sines,
         time: 0.0,
     });
-    let material = |name: &str, kind| Material {
-        name: name.into(),
-        kind,
-        albedo_map: None,
-    };
     Scene {
         camera: load("mirror.toml").camera,
         lights: vec![Light {
@@ -59,8 +50,8 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
             },
         }],
         materials: vec![
-            material("water", MaterialKind::Dielectric(Dielectric::new(IOR))),
-            material(
+            Material::new("water", MaterialKind::Dielectric(Dielectric::new(IOR))),
+            Material::new(
                 "plaster",
                 MaterialKind::Diffuse {
                     albedo: DVec3::splat(0.5),
@@ -68,9 +59,9 @@ fn water(sines: Vec<Sine>, quads: [u32; 2], half: f64, toward_sun: DVec3) -> Sce
             ),
         ],
         objects: vec![
-            object("water", 0, waves, None, true),
-            object("floor", 1, floor(half, -0.5), Some([32, 32]), true),
-            object("ceiling", 1, ceiling, Some([32, 32]), false),
+            Object::new("water", 0, waves),
+            plaster("floor", floor(half, -0.5), true),
+            plaster("ceiling", ceiling, false),
         ],
         max_interfaces: 1,
         textures: Vec::new(),
@@ -120,7 +111,7 @@ fn flat_water_splits_the_light_by_fresnel() {
         });
         for (index, (receiver, share)) in expected.into_iter().enumerate() {
             let maps = maps.each_ref().map(|of_method| &of_method[index]);
-            let by_reference = image(&solve(&scene, receiver, [32, 32], &options(0.01)));
+            let by_reference = solve(&scene, receiver, [32, 32], &options(0.01)).image();
             for (map, name) in maps.into_iter().chain([&by_reference]).zip([
                 "footprint",
                 "beams",
@@ -200,7 +191,7 @@ fn a_glass_ball_keeps_what_enters_it() {
         irradiance: DVec3::ONE,
         angular_radius: 0.01,
     };
-    let truth = image(&solve(&scene, "floor", [32, 32], &options(0.01)));
+    let truth = solve(&scene, "floor", [32, 32], &options(0.01)).image();
     let device = Device::open();
     let map = device.caustic(&scene, "floor", &footprint(65_536));
     scene.materials[0].kind = MaterialKind::Dielectric(Dielectric::new(1.55));
@@ -298,7 +289,7 @@ fn pool_agrees_with_the_reference() {
     if let Geometry::Waves(waves) = &mut object_mut(&mut scene, "water").geometry {
         waves.quads = [64; 2];
     }
-    let truth = image(&solve(&scene, "floor", texels, &options(0.012)));
+    let truth = solve(&scene, "floor", texels, &options(0.012)).image();
     let device = Device::open();
     let map = device.caustic(&scene, "floor", &footprint(8192));
     assert_physical(&map);

@@ -14,19 +14,9 @@ const SUN: f64 = 0.2665;
 
 /// Nothing casts shadows, so that only the method is put to the test and not its visibility.
 pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scene {
-    let object = |name: &str, material, geometry| Object {
-        name: name.into(),
-        material,
-        geometry,
-        light_map: None,
-        unwrapping: None,
-        uvs: None,
+    let object = |name, material, geometry| Object {
         blocks_light: false,
-    };
-    let material = |name: &str, kind| Material {
-        name: name.into(),
-        kind,
-        albedo_map: None,
+        ..Object::new(name, material, geometry)
     };
     Scene {
         camera: Camera {
@@ -37,13 +27,13 @@ pub(super) fn scene(reflector: Mesh, lights: Vec<Light>, receiver: Rect) -> Scen
         },
         lights,
         materials: vec![
-            material(
+            Material::new(
                 "mirror",
                 MaterialKind::Mirror {
                     reflectance: DVec3::ONE,
                 },
             ),
-            material(
+            Material::new(
                 "paper",
                 MaterialKind::Diffuse {
                     albedo: DVec3::splat(0.8),

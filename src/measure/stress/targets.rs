@@ -6,7 +6,6 @@ use super::random::random_scene;
 use super::scenes::RECEIVER;
 use crate::error::{Error, Result};
 use crate::gpu::Context;
-use crate::image_file::RgbImage;
 use crate::reference::{Options, cached_caustic};
 use crate::render::{Renderer, Settings};
 use crate::scene::Scene;
@@ -141,13 +140,7 @@ pub fn measure(
     let receiver = subject.receiver;
     let reference =
         cached_caustic(&scene, receiver, texels, &options, &mut |_| {}, cancel)?.reference;
-    let truth = RgbImage {
-        width: texels[0],
-        height: texels[1],
-        pixels: (reference.irradiance.iter())
-            .map(|rgb| rgb.map(|value| value as f32))
-            .collect(),
-    };
+    let truth = reference.image();
     let mut points = Vec::new();
     for target in TARGETS {
         if cancel.load(Ordering::Relaxed) {

@@ -52,13 +52,7 @@ fn make(sweep: &Sweep, value: f64, cancel: &AtomicBool) -> Result<True> {
         };
         let reference = reference(&scene, sweep, texels, cancel)?;
         truth.error = reference.relative_error.max(truth.error);
-        truth.maps.push(RgbImage {
-            width: texels,
-            height: texels,
-            pixels: (reference.irradiance.iter())
-                .map(|rgb| rgb.map(|value| value as f32))
-                .collect(),
-        });
+        truth.maps.push(reference.image());
     }
     Ok(truth)
 }
