@@ -138,7 +138,7 @@ impl Front {
             .map(place)
             .chain(peers.iter().map(|&i| peer_place(&scene.peers[i])))
             .collect();
-        let front = pareto(&all).expect("checked");
+        let front = pareto(&all);
         let mut on_front = vec![false; all.len()];
         front.iter().for_each(|&i| on_front[i] = true);
         let mut rest = on_front.into_iter();

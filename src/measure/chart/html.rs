@@ -427,9 +427,9 @@ pub(in crate::measure) fn error_key(scale: f64) -> String {
 }
 
 pub(in crate::measure) fn img(picture: &Picture, alt: &str) -> String {
-    let (width, height) = (picture.width(), picture.height());
-    match encode_png(width, height, picture.rgb()) {
-        Ok(png) if !picture.rgb().is_empty() => format!(
+    let Picture { width, height, rgb } = picture;
+    match encode_png(*width, *height, rgb) {
+        Ok(png) if !rgb.is_empty() => format!(
             "<img src=\"data:image/png;base64,{}\" width=\"{width}\" height=\"{height}\" \
              alt=\"{alt}\">",
             base64(&png)

@@ -34,9 +34,9 @@ pub struct Thumbnail {
 /// Rows from the top of 8-bit sRGB values, three a pixel.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Picture {
-    width: u32,
-    height: u32,
-    rgb: Vec<u8>,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) rgb: Vec<u8>,
 }
 
 /// ColorBrewer's RdBu from blue to red, sRGB: the same lightness on both sides of white, and told
@@ -50,16 +50,13 @@ pub(super) const DIVERGING: [[u8; 3]; 5] = [
 ];
 
 impl Picture {
-    /// # Panics
-    /// If `rgb` does not hold `3 * width * height` bytes.
-    pub fn new(width: u32, height: u32, rgb: Vec<u8>) -> Self {
-        assert_eq!(rgb.len() as u64, 3 * u64::from(width) * u64::from(height));
-        Self { width, height, rgb }
-    }
-
     /// A light map as a display shows it, 2^−`exposure_ev` W/m² being white.
     pub fn of_light_map(map: &RgbImage, exposure_ev: f64) -> Self {
-        Self::new(map.width, map.height, to_srgb(map, exposure_ev))
+        Self {
+            width: map.width,
+            height: map.height,
+            rgb: to_srgb(map, exposure_ev),
+        }
     }
 
     /// A − B, averaged over the channels, from blue where A is darker by `scale` W/m² or more,
@@ -75,20 +72,11 @@ impl Picture {
                 diverging(f64::from(difference) / scale)
             })
             .collect();
-        Self::new(a.width, a.height, rgb)
-    }
-
-    pub fn width(&self) -> u32 {
-        self.width
-    }
-
-    pub fn height(&self) -> u32 {
-        self.height
-    }
-
-    /// See [`Picture`].
-    pub fn rgb(&self) -> &[u8] {
-        &self.rgb
+        Self {
+            width: a.width,
+            height: a.height,
+            rgb,
+        }
     }
 }
 
@@ -115,7 +103,7 @@ mod tests {
             height: 1,
             pixels: vec![[value; 3]],
         };
-        let colour = |a, b| Picture::of_error(&map(a), &map(b), 0.5).rgb().to_vec();
+        let colour = |a, b| Picture::of_error(&map(a), &map(b), 0.5).rgb;
         assert_eq!(colour(1.0, 1.0), DIVERGING[2]);
         assert_eq!(colour(1.5, 1.0), DIVERGING[4]);
         assert_eq!(colour(0.75, 1.0), DIVERGING[1]);

@@ -28,8 +28,6 @@ pub struct Sweep {
     pub error: f64,
     /// Where nothing should change: the value whose map all others should equal.
     pub base: Option<f64>,
-    /// Share of the methods' usual samples.
-    pub effort: f64,
 }
 
 /// What the value is.
@@ -76,8 +74,8 @@ impl Sweep {
     /// Samples over a method's usual ones.
     pub fn effort_at(&self, value: f64) -> f64 {
         match self.swept {
-            Swept::Samples => self.effort * value,
-            _ => self.effort,
+            Swept::Samples => value,
+            _ => 1.0,
         }
     }
 
@@ -129,7 +127,6 @@ pub fn sweeps() -> Vec<Sweep> {
         truth: Truth::Reference,
         error: 0.01,
         base: None,
-        effort: 1.0,
     };
     vec![
         Sweep {
