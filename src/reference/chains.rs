@@ -51,7 +51,7 @@ impl Problem<'_> {
             let mut hits = Vec::new();
             (self.receiver).hits(ray.origin, ray.direction, |hit| hits.push(hit));
             // Nothing turns the light after its last interface: only what stands before the receiver matters.
-            let is_last = ray.interfaces >= self.chains.max_interfaces();
+            let is_last = ray.interfaces >= self.chains.max_interfaces;
             if is_last && hits.is_empty() {
                 return;
             }

@@ -11,7 +11,7 @@ use crate::reference::mirrors::{
     Distribution, Leaving, MirrorTriangle, Surface, mirror_triangles, triangles_that_block,
 };
 use crate::reference::problem::{Chains, check_cancelled};
-use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, along_first_axis, split_mix};
+use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, split_mix, stratified};
 use crate::reference::visibility::Blockers;
 use crate::scene::Scene;
 use glam::DVec3;
@@ -161,7 +161,7 @@ impl Walk {
 
     fn empty(&self) -> FluxBalance {
         FluxBalance {
-            landed: vec![[0.0; 3]; self.chains.max_interfaces() as usize],
+            landed: vec![[0.0; 3]; self.chains.max_interfaces as usize],
             ..FluxBalance::default()
         }
     }
@@ -171,12 +171,9 @@ impl Walk {
         let mut balance = self.empty();
         for source in &self.sources {
             for stratum in 0..SEQUENCES {
-                for (index, [u0, u1, u2, u3]) in along_first_axis(seed) {
-                    // Every sequence covers its own part of the surfaces.
-                    let u0 = (f64::from(stratum) + u0) / f64::from(SEQUENCES);
-                    let counter = u64::from(seed) << 32 | u64::from(index);
-                    let mut choices = Choices::new(split_mix(counter));
-                    if let Some(arrival) = self.first(source, [u0, u1, u2, u3], &mut choices) {
+                // Every sequence covers its own part of the surfaces.
+                for (point, mut choices) in stratified(seed, stratum, SEQUENCES) {
+                    if let Some(arrival) = self.first(source, point, &mut choices) {
                         add(&mut balance.incoming, arrival.flux);
                         self.follow(arrival, &mut choices, &mut balance);
                     }
@@ -297,7 +294,7 @@ impl Walk {
                 (media, from) = (sides.media[1], Some(blocker));
                 continue;
             }
-            if interfaces >= self.chains.max_interfaces() {
+            if interfaces >= self.chains.max_interfaces {
                 add(&mut balance.cut_off.interfaces, flux);
                 return None;
             }

@@ -166,9 +166,7 @@ impl Sun {
             dim: DVec3::ZERO,
         }
     }
-}
 
-impl Sun {
     fn radiance_from(&self, toward: DVec3) -> DVec3 {
         // The length of the cross product keeps the digits of a small angle.
         let inside = self.sine_of_radius > 0.0

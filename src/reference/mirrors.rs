@@ -156,12 +156,18 @@ pub struct MirrorPoint {
     pub normal: DVec3,
 }
 
+/// Normal between unit vertex normals at the weights of the second and third corner, unit; the `geometric` one where
+/// there is none.
+pub fn shading_normal(normals: [DVec3; 3], geometric: DVec3, weights: DVec2) -> DVec3 {
+    let [n0, n1, n2] = normals;
+    let normal = (1.0 - weights.x - weights.y) * n0 + weights.x * n1 + weights.y * n2;
+    normal.normalize_or(geometric)
+}
+
 impl MirrorTriangle {
     /// Shading normal, unit, at the weights of the second and third corner.
     pub fn shading(&self, weights: DVec2) -> DVec3 {
-        let [n0, n1, n2] = self.normals;
-        let normal = (1.0 - weights.x - weights.y) * n0 + weights.x * n1 + weights.y * n2;
-        normal.normalize_or(self.geometric_normal)
+        shading_normal(self.normals, self.geometric_normal, weights)
     }
 
     /// Point uniform in area for (u, v) uniform in [0, 1)²; neighbours stay neighbours.
@@ -180,11 +186,7 @@ pub fn triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     let mut triangles = Vec::new();
     for object in scene.objects.iter().filter(|object| object.blocks_light) {
         let mesh = object.geometry.mesh();
-        triangles.extend(
-            mesh.triangles
-                .iter()
-                .map(|corners| corners.map(|corner| mesh.positions[corner as usize])),
-        );
+        triangles.extend((0..mesh.triangles.len()).map(|triangle| mesh.corners(triangle)));
     }
     triangles
 }
@@ -220,7 +222,7 @@ pub fn mirror_triangles(scene: &Scene) -> Vec<MirrorTriangle> {
             continue;
         };
         for (index, corners) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = corners.map(|corner| mesh.positions[corner as usize]);
+            let [a, b, c] = mesh.corners(index);
             let vector_area = 0.5 * (b - a).cross(c - a);
             let area = vector_area.length();
             if area > 0.0 {

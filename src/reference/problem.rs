@@ -41,7 +41,7 @@ pub fn check_cancelled(cancel: &AtomicBool) -> Result<()> {
 /// What chains need to know of a scene.
 pub struct Chains {
     pub dielectrics: Dielectrics,
-    max_interfaces: u32,
+    pub max_interfaces: u32,
     /// For each triangle that blocks light, its number among the specular ones.
     pub mirror_of_blocker: Vec<Option<u32>>,
 }
@@ -60,10 +60,6 @@ impl Chains {
             max_interfaces: scene.max_interfaces,
             mirror_of_blocker,
         }
-    }
-
-    pub fn max_interfaces(&self) -> u32 {
-        self.max_interfaces
     }
 }
 

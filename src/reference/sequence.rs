@@ -22,7 +22,7 @@ pub fn sobol_4d(index: u32, seed: u32) -> [f64; 4] {
 
 /// All points of the sequence `seed` with their indices, in the order of their first coordinates: what they choose by it is chosen
 /// in order, so that neighbours find the same data in caches.
-pub fn along_first_axis(seed: u32) -> impl Iterator<Item = (u32, [f64; 4])> {
+fn along_first_axis(seed: u32) -> impl Iterator<Item = (u32, [f64; 4])> {
     let mut points = vec![(0, [0.0; 4]); SEQUENCE_LENGTH as usize];
     for index in 0..SEQUENCE_LENGTH {
         let point = sobol_4d(index, seed);
@@ -30,6 +30,20 @@ pub fn along_first_axis(seed: u32) -> impl Iterator<Item = (u32, [f64; 4])> {
         points[(point[0] * f64::from(SEQUENCE_LENGTH)) as usize] = (index, point);
     }
     points.into_iter()
+}
+
+/// The points of [`along_first_axis`], of which the first coordinates cover part `stratum` of `strata` of [0, 1), each with the random
+/// numbers of its path.
+pub fn stratified(
+    seed: u32,
+    stratum: u32,
+    strata: u32,
+) -> impl Iterator<Item = ([f64; 4], Choices)> {
+    along_first_axis(seed).map(move |(index, [u0, u1, u2, u3])| {
+        let u0 = (f64::from(stratum) + u0) / f64::from(strata);
+        let choices = Choices::new(split_mix(u64::from(seed) << 32 | u64::from(index)));
+        ([u0, u1, u2, u3], choices)
+    })
 }
 
 /// 64 random bits from a counter: Steele, Lea, Flood, *Fast splittable pseudorandom number

@@ -20,7 +20,7 @@ use crate::reference::lights::Emitter;
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
 use crate::reference::problem::Problem;
 use crate::reference::rounds::Method;
-use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, along_first_axis, split_mix};
+use crate::reference::sequence::{Choices, SEQUENCE_LENGTH, split_mix, stratified};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::LazyCell;
@@ -203,7 +203,8 @@ impl<'a> LightTracing<'a> {
         Ok(map)
     }
 
-    /// [`Self::sequence`] for `strata` seeds from `seed` on.
+    /// Calls `lands` with the number of a triangle, the places where light lands by way of it, and its flux, W. Uses `strata` seeds
+    /// from `seed` on.
     fn strata(
         &self,
         source: &Source,
@@ -215,37 +216,21 @@ impl<'a> LightTracing<'a> {
         for stratum in 0..strata {
             self.problem.check_cancelled()?;
             // Every sequence covers its own part of the mirrors.
-            let stratify = |u| (f64::from(stratum) + u) / f64::from(strata);
-            let seed = seed.wrapping_add(stratum);
-            self.sequence(source, seed, 1.0 / rays, stratify, &mut lands);
+            let points = stratified(seed.wrapping_add(stratum), stratum, strata);
+            for ([u0, u1, u2, u3], mut choices) in points {
+                let (chosen, u0) = source.triangles.pick(u0);
+                let triangle = &self.problem.mirrors[chosen];
+                let scale = 1.0 / rays / source.triangles.probability(chosen);
+                self.rays_of(
+                    source.emitter,
+                    triangle,
+                    [u0, u1, u2, u3],
+                    &mut choices,
+                    |landing, flux| lands(chosen, landing, scale * flux),
+                );
+            }
         }
         Ok(())
-    }
-
-    /// Calls `lands` with the number of a triangle, the places where light lands by way of it, and its flux, W.
-    fn sequence(
-        &self,
-        source: &Source,
-        seed: u32,
-        scale: f64,
-        stratify: impl Fn(f64) -> f64,
-        mut lands: impl FnMut(usize, &Landing, DVec3),
-    ) {
-        for (index, [u0, u1, u2, u3]) in along_first_axis(seed) {
-            let mut choices = Choices::new(split_mix(u64::from(seed) << 32 | u64::from(index)));
-            let (chosen, u0) = source.triangles.pick(stratify(u0));
-            let triangle = &self.problem.mirrors[chosen];
-            let scale = scale / source.triangles.probability(chosen);
-            self.rays_of(
-                source.emitter,
-                triangle,
-                [u0, u1, u2, u3],
-                &mut choices,
-                |landing, flux| {
-                    lands(chosen, landing, scale * flux);
-                },
-            );
-        }
     }
 
     /// Calls `lands` with the places where light lands by way of a point of the triangle, and its flux, W.
@@ -275,7 +260,7 @@ impl<'a> LightTracing<'a> {
             let (toward, distance) = (light.direction, light.distance);
             !problem.blocked(point.position, toward, distance, triangle.blocker)
         });
-        if problem.chains.max_interfaces() > 1 && !*is_lit {
+        if problem.chains.max_interfaces > 1 && !*is_lit {
             return;
         }
         let arriving = triangle.area

@@ -102,7 +102,7 @@ pub fn view(
     };
     emitters.extend(others.into_iter().filter_map(Emitter::new));
     let chains = Chains::new(scene, &mirrors);
-    let paths = Paths::new(scene, &scene.camera, size);
+    let paths = Paths::new(scene, size);
     let problems: Vec<(usize, Problem)> = texels_for(scene, &paths, cancel)?
         .into_iter()
         .map(|(object, texels)| {

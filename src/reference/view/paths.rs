@@ -3,10 +3,10 @@
 use crate::reference::chains::choose;
 use crate::reference::lights::Lamp;
 use crate::reference::media::{Dielectrics, Media};
-use crate::reference::mirrors::{Leaving, Surface};
+use crate::reference::mirrors::{Leaving, Surface, shading_normal};
 use crate::reference::sequence::Choices;
 use crate::reference::visibility::Blockers;
-use crate::scene::{Camera, MaterialKind, Scene, Texture};
+use crate::scene::{MaterialKind, Scene, Texture};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -113,7 +113,8 @@ struct Ray {
 }
 
 impl Paths {
-    pub fn new(scene: &Scene, camera: &Camera, size: [u32; 2]) -> Self {
+    pub fn new(scene: &Scene, size: [u32; 2]) -> Self {
+        let camera = &scene.camera;
         let forward = (camera.target - camera.position).normalize();
         let right = forward.cross(DVec3::Y).normalize();
         let half_height = (0.5 * camera.fov).tan();
@@ -127,7 +128,7 @@ impl Paths {
             let uvs = map.and_then(|_| object.texture_coordinates());
             first_triangles.push(triangles.len() as u32);
             for (indices, number) in mesh.triangles.iter().zip(0..) {
-                let corners = indices.map(|corner| mesh.positions[corner as usize]);
+                let corners = mesh.corners(number as usize);
                 let [a, b, c] = corners;
                 triangles.push(Triangle {
                     corners,
@@ -276,12 +277,17 @@ impl Paths {
                 Look::Diffuse { .. } => {
                     if triangle.geometric.dot(ray.direction) < 0.0 {
                         let object = triangle.object as usize;
-                        let albedo = self.albedo(object, triangle.number, weights);
-                        let point = triangle.diffuse_point(position, weights, albedo);
                         let point = DiffusePoint {
+                            object,
+                            triangle: triangle.number,
+                            weights,
+                            position,
+                            shading: triangle.shading(weights),
+                            geometric: triangle.geometric,
+                            blocker: triangle.blocker,
+                            albedo: self.albedo(object, triangle.number, weights),
                             length: ray.length + distance,
                             bounces: ray.bounces,
-                            ..point
                         };
                         ends(End::Diffuse(point), ray.weight * transmittance(&ray.media));
                     }
@@ -355,24 +361,6 @@ impl Triangle {
     }
 
     fn shading(&self, weights: DVec2) -> DVec3 {
-        let [a, b, c] = self.normals;
-        let normal = (1.0 - weights.x - weights.y) * a + weights.x * b + weights.y * c;
-        normal.normalize_or(self.geometric)
-    }
-
-    /// As the path of no length ends there.
-    fn diffuse_point(&self, position: DVec3, weights: DVec2, albedo: DVec3) -> DiffusePoint {
-        DiffusePoint {
-            object: self.object as usize,
-            triangle: self.number,
-            weights,
-            position,
-            shading: self.shading(weights),
-            geometric: self.geometric,
-            blocker: self.blocker,
-            albedo,
-            length: 0.0,
-            bounces: 0,
-        }
+        shading_normal(self.normals, self.geometric, weights)
     }
 }
