@@ -17,7 +17,7 @@ use crate::reference::lights::{Emitter, Environment};
 use crate::reference::mirrors::{Distribution, MirrorTriangle};
 use crate::reference::problem::Problem;
 use crate::reference::receiver::ReceiverPoint;
-use crate::reference::rounds::{Method, power_of_two};
+use crate::reference::rounds::{Method, moments_of_values, power_of_two};
 use crate::reference::sequence::{sobol_4d, split_mix};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -38,9 +38,6 @@ const BLOCKS: u32 = 64;
 
 /// Fewest pairs of points of a replicate at a texel.
 const LEAST_PAIRS: u32 = 8;
-
-/// Texels between two reports of progress.
-const CHUNK: usize = 2048;
 
 /// Share of a pair of points at the square root of `distance_squared` (m²) that is gathered.
 pub fn gathered_share(problem: &Problem, distance_squared: f64) -> f64 {
@@ -251,18 +248,10 @@ impl Method for Gathering<'_> {
     /// Irradiance from replicates of `points` pairs of points a texel, at most
     /// [`super::sequence::SEQUENCE_LENGTH`].
     fn round(&self, points: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
-        let texels: Vec<usize> = (0..self.problem.receiver.texels()).collect();
-        let mut moments = Vec::with_capacity(texels.len());
-        for chunk in texels.chunks(CHUNK) {
-            let found: Result<Vec<Moments>> = (chunk.par_iter())
-                .map(|&texel| {
-                    self.problem.check_cancelled()?;
-                    Ok(self.texel(texel, points, seed))
-                })
-                .collect();
-            moments.extend(found?);
-            done(chunk.len() as u64 * u64::from(points) * u64::from(REPLICATES));
-        }
+        let texels = self.problem.receiver.texels();
+        let samples = u64::from(points) * u64::from(REPLICATES);
+        let texel = |texel| self.texel(texel, points, seed);
+        let moments = moments_of_values(texels, samples, self.problem.cancel, texel, done)?;
         let mut estimate = Estimate::from_moments(&moments);
         // Every texel has random numbers of its own.
         for (texel, variance) in estimate.variance.iter().enumerate() {

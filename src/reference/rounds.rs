@@ -1,8 +1,11 @@
 //! Rounds of independent replicates until the error is small enough.
 
 use crate::error::{Error, Result};
-use crate::reference::estimate::{Estimate, Map};
+use crate::reference::estimate::{Estimate, Map, Moments};
+use crate::reference::problem::check_cancelled;
 use crate::reference::sequence::{SEQUENCE_LENGTH, split_mix};
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
 /// A round has at most this many times the samples of all before it, so that a poor first guess
 /// of what is needed costs little,
@@ -76,6 +79,33 @@ pub trait Method {
 
     /// The size next to `wanted` that suits the points.
     fn good_size(&self, wanted: f64) -> u32;
+}
+
+/// Values between two reports of progress.
+const CHUNK: usize = 2048;
+
+/// The moments of `values` values, each of which `moments` finds from `samples` samples.
+pub fn moments_of_values(
+    values: usize,
+    samples: u64,
+    cancel: &AtomicBool,
+    moments: impl Fn(usize) -> Moments + Sync,
+    done: &mut dyn FnMut(u64),
+) -> Result<Vec<Moments>> {
+    let mut all = Vec::with_capacity(values);
+    for first in (0..values).step_by(CHUNK) {
+        let chunk = first..values.min(first + CHUNK);
+        let reported = chunk.len() as u64 * samples;
+        let found: Result<Vec<Moments>> = (chunk.into_par_iter())
+            .map(|value| {
+                check_cancelled(cancel)?;
+                Ok(moments(value))
+            })
+            .collect();
+        all.extend(found?);
+        done(reported);
+    }
+    Ok(all)
 }
 
 /// Sobol points are stratified best in powers of two.

@@ -12,11 +12,10 @@ use crate::reference::estimate::{Estimate, Map, Moments, REPLICATES};
 use crate::reference::gather::Gathering;
 use crate::reference::problem::Problem;
 use crate::reference::receiver::ReceiverPoint;
-use crate::reference::rounds::{Method, power_of_two};
+use crate::reference::rounds::{Method, moments_of_values, power_of_two};
 use crate::reference::sequence::{Choices, sobol_4d, split_mix};
 use crate::reference::trace::LightTracing;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Paths through a pixel in a replicate that look up a light map: as many as rays of light over pixels,
@@ -25,7 +24,7 @@ const LEAST_LOOKUPS: u32 = 4;
 /// and no more, as the light's noise is far larger by then.
 const MOST_LOOKUPS: u32 = 32;
 
-/// Pixels between two reports of progress.
+/// Pixels of a replicate between two checks for cancellation.
 const CHUNK: usize = 2048;
 
 /// The receiver, and the camera that looks at it.
@@ -158,7 +157,6 @@ impl Method for SeenTracing<'_> {
 
 impl Method for SeenGathering<'_> {
     fn round(&self, samples: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
-        let pixels: Vec<usize> = (0..self.seen.paths.pixels()).collect();
         let irradiance = |point: &DiffusePoint, texel: usize, u, v| {
             let point = ReceiverPoint {
                 position: point.position,
@@ -167,24 +165,19 @@ impl Method for SeenGathering<'_> {
             };
             self.gathering.irradiance_at(&point, texel, u, v)
         };
-        let mut moments = Vec::with_capacity(pixels.len());
-        for chunk in pixels.chunks(CHUNK) {
-            let found: Result<Vec<Moments>> = (chunk.par_iter())
-                .map(|&pixel| {
-                    self.seen.problem.check_cancelled()?;
-                    let pixel_seed = split_mix(u64::from(seed) << 32 | pixel as u64);
-                    let mut moments = Moments::default();
-                    for replicate in 0..REPLICATES {
-                        let seed = split_mix(pixel_seed ^ u64::from(replicate));
-                        let radiance = self.seen.pixel(pixel, samples, 0, seed, irradiance);
-                        moments.add(radiance.to_array());
-                    }
-                    Ok(moments)
-                })
-                .collect();
-            moments.extend(found?);
-            done(chunk.len() as u64 * u64::from(samples) * u64::from(REPLICATES));
-        }
+        let pixel = |pixel: usize| {
+            let pixel_seed = split_mix(u64::from(seed) << 32 | pixel as u64);
+            let mut moments = Moments::default();
+            for replicate in 0..REPLICATES {
+                let seed = split_mix(pixel_seed ^ u64::from(replicate));
+                let radiance = self.seen.pixel(pixel, samples, 0, seed, irradiance);
+                moments.add(radiance.to_array());
+            }
+            moments
+        };
+        let (pixels, cancel) = (self.seen.paths.pixels(), self.seen.problem.cancel);
+        let pairs = u64::from(samples) * u64::from(REPLICATES);
+        let moments = moments_of_values(pixels, pairs, cancel, pixel, done)?;
         Ok(Estimate::from_moments(&moments))
     }
 

@@ -4,20 +4,15 @@ use super::paths::{DiffusePoint, End, Paths};
 use crate::error::Result;
 use crate::reference::estimate::{Estimate, Moments, REPLICATES};
 use crate::reference::lights::{Directions, Emitter, Environment};
-use crate::reference::problem::check_cancelled;
-use crate::reference::rounds::{Method, power_of_two};
+use crate::reference::rounds::{Method, moments_of_values, power_of_two};
 use crate::reference::sequence::Choices;
 use crate::reference::sequence::{sobol_4d, split_mix};
 use crate::reference::visibility::Blockers;
 use crate::scene::{Geometry, Scene};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-/// Pixels between two reports of progress.
-const CHUNK: usize = 2048;
 
 /// Most texels of the distributions that all rects together have for their light from environments.
 const MOST_TEXELS: usize = 1 << 23;
@@ -187,18 +182,9 @@ fn directions_onto(environment: &Environment, scene: &Scene) -> Vec<Option<Arc<D
 impl Method for Direct<'_> {
     /// Radiance from replicates of `samples` camera paths a pixel.
     fn round(&self, samples: u32, seed: u32, done: &mut dyn FnMut(u64)) -> Result<Estimate> {
-        let pixels: Vec<usize> = (0..self.paths.pixels()).collect();
-        let mut moments = Vec::with_capacity(pixels.len());
-        for chunk in pixels.chunks(CHUNK) {
-            let found: Result<Vec<Moments>> = (chunk.par_iter())
-                .map(|&pixel| {
-                    check_cancelled(self.cancel)?;
-                    Ok(self.pixel(pixel, samples, seed))
-                })
-                .collect();
-            moments.extend(found?);
-            done(chunk.len() as u64 * u64::from(samples) * u64::from(REPLICATES));
-        }
+        let rays = u64::from(samples) * u64::from(REPLICATES);
+        let pixel = |pixel| self.pixel(pixel, samples, seed);
+        let moments = moments_of_values(self.paths.pixels(), rays, self.cancel, pixel, done)?;
         Ok(Estimate::from_moments(&moments))
     }
 
