@@ -492,12 +492,7 @@ fn unwrap(mesh: &Mesh, size: [u32; 2]) -> Result<Vec<[DVec2; 3]>, (String, Strin
         )));
     }
     // Around the middle and of size 1, as 32 bits hold that best.
-    let bounds = |pick: fn(DVec3, DVec3) -> DVec3| {
-        (mesh.positions.iter().copied())
-            .reduce(pick)
-            .unwrap_or_default()
-    };
-    let (low, high) = (bounds(DVec3::min), bounds(DVec3::max));
+    let [low, high] = mesh.bounds();
     let scale = 1.0 / (high - low).max_element();
     let positions: Vec<[f32; 3]> = (mesh.positions.iter())
         .map(|p| ((*p - 0.5 * (low + high)) * scale).as_vec3().to_array())

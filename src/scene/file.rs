@@ -288,6 +288,11 @@ impl Section<'_> {
         self.source.error(span, &reason, remedy)
     }
 
+    /// Where a key stands, or its owner where the key is missing.
+    pub fn at<T>(&self, value: &Option<Spanned<T>>) -> Range<usize> {
+        value.as_ref().map_or(self.span.clone(), Spanned::span)
+    }
+
     /// A key that has to be there.
     pub fn required<'k, T>(&self, key: &str, value: &'k Option<T>) -> Result<&'k T> {
         value.as_ref().ok_or_else(|| {

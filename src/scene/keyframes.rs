@@ -52,11 +52,8 @@ fn keyframes<'k, 's, K>(
             && seconds <= before
         {
             let reason = format!("the keyframe at {seconds} s stands after that at {before} s");
-            let place = time(keys)
-                .as_ref()
-                .map_or(section.span.clone(), Spanned::span);
             let remedy = "put the keyframes in the order of their times, one for each";
-            return Err(section.error(place, &reason, remedy));
+            return Err(section.error(section.at(time(keys)), &reason, remedy));
         }
         found.push(Keyframe {
             time: seconds,
@@ -196,9 +193,8 @@ pub fn motion(section: &Section, entry: &Spanned<MotionEntry>) -> Result<Motion>
         axis => {
             let vector = section.triple("axis", axis, METRES)?;
             mesh::unit(vector).ok_or_else(|| {
-                let place = axis.as_ref().map_or(section.span.clone(), Spanned::span);
                 let remedy = "name a vector to turn about, such as [0.0, 1.0, 0.0]";
-                section.error(place, "axis has no length", remedy)
+                section.error(section.at(axis), "axis has no length", remedy)
             })?
         }
     };

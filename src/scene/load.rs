@@ -217,7 +217,11 @@ impl<'a> Loader<'a> {
                 LightKind::Sun {
                     direction: mesh::unit(direction).ok_or_else(|| {
                         let remedy = "name a vector from the scene toward the light";
-                        section.error(span(&entry.direction), "direction has no length", remedy)
+                        section.error(
+                            section.at(&entry.direction),
+                            "direction has no length",
+                            remedy,
+                        )
                     })?,
                     irradiance: section.triple("irradiance", &entry.irradiance, 0.0..=1e9)?,
                     angular_radius: radius.to_radians(),
@@ -234,7 +238,7 @@ impl<'a> Loader<'a> {
                     let reason =
                         format!("its radiance is {radiance:e}, more than {MAX_RADIANCE:e} W/m²/sr");
                     let remedy = "lower the flux, or raise the radius";
-                    return Err(section.error(span(&entry.flux), &reason, remedy));
+                    return Err(section.error(section.at(&entry.flux), &reason, remedy));
                 }
                 LightKind::Lamp {
                     position,
@@ -256,15 +260,8 @@ impl<'a> Loader<'a> {
                     let reason = format!(
                         "the image's brightest value {brightest:e} times scale {scale} is more than {MAX_RADIANCE:e} W/m²/sr"
                     );
-                    let place = entry
-                        .scale
-                        .as_ref()
-                        .map_or(section.span.clone(), Spanned::span);
-                    return Err(section.error(
-                        place,
-                        &reason,
-                        "lower the scale, or darken the image",
-                    ));
+                    let remedy = "lower the scale, or darken the image";
+                    return Err(section.error(section.at(&entry.scale), &reason, remedy));
                 }
                 LightKind::Environment {
                     map,
@@ -313,17 +310,12 @@ impl<'a> Loader<'a> {
             )]);
         for (owner, distance) in distances {
             if distance <= radius {
-                let section = Section {
-                    source: self.source,
-                    owner: format!("light \"{}\"", light.name.escape_debug()),
-                    span: entry.name.span(),
-                };
-                let place = (entry.position.as_ref()).map_or(section.span.clone(), Spanned::span);
+                let section = self.owner("light", &light.name, entry.name.span());
                 let reason = format!(
                     "{owner} reaches into the lamp, to {distance} m from the middle of a radius of {radius} m"
                 );
                 let remedy = "move one of them, or lower the radius";
-                return Err(section.error(place, &reason, remedy));
+                return Err(section.error(section.at(&entry.position), &reason, remedy));
             }
         }
         Ok(())
@@ -515,21 +507,13 @@ impl<'a> Loader<'a> {
                     None
                 }
                 Err(reason) => {
-                    let section = Section {
-                        source: self.source,
-                        owner: format!("object \"{}\"", name.escape_debug()),
-                        span: entry.name.span(),
-                    };
+                    let section = self.owner("object", &name, entry.name.span());
                     let of = &self.materials[material].name;
                     let reason =
                         format!("{reason}, which the `albedo_map` of material `{of}` needs");
-                    let place = entry
-                        .material
-                        .as_ref()
-                        .map_or(section.span.clone(), Spanned::span);
                     let remedy =
                         "export the mesh with texture coordinates, or use a material without a map";
-                    return Err(section.error(place, &reason, remedy));
+                    return Err(section.error(section.at(&entry.material), &reason, remedy));
                 }
             };
             let meshes: Vec<_> = part.meshes.into_iter().map(Arc::new).collect();
@@ -568,11 +552,7 @@ impl<'a> Loader<'a> {
         place: Range<usize>,
         first: usize,
     ) -> Result<()> {
-        let section = Section {
-            source: self.source,
-            owner: format!("object \"{}\"", entry.name.get_ref().escape_debug()),
-            span: entry.name.span(),
-        };
+        let section = self.owner("object", entry.name.get_ref(), entry.name.span());
         let mut any = false;
         for moving in &self.objects[first..] {
             let Some(size) = moving.object.light_map else {
@@ -662,15 +642,19 @@ impl<'a> Loader<'a> {
         })
     }
 
+    /// The keys of a thing of this name, which stands at `span`.
+    fn owner(&self, thing: &str, name: &str, span: Range<usize>) -> Section<'a> {
+        Section {
+            source: self.source,
+            owner: format!("{thing} \"{}\"", name.escape_debug()),
+            span,
+        }
+    }
+
     /// Takes a name of its own for a thing.
     fn section(&mut self, thing: &'static str, name: &Spanned<String>) -> Result<Section<'a>> {
         let (span, name) = (name.span(), name.get_ref());
-        let owner = format!("{thing} \"{}\"", name.escape_debug());
-        let section = Section {
-            source: self.source,
-            owner,
-            span,
-        };
+        let section = self.owner(thing, name, span);
         let error =
             |reason| Err(section.error(section.span.clone(), reason, "give it another name"));
         if name.trim().is_empty() || name.chars().any(char::is_control) {
@@ -755,9 +739,8 @@ fn waves(section: &Section, entry: &Spanned<WavesEntry>) -> Result<Waves> {
 fn sine(section: &Section, entry: &Spanned<SineEntry>) -> Result<Sine> {
     let keys = entry.get_ref();
     let section = Section {
-        source: section.source,
-        owner: section.owner.clone(),
         span: entry.span(),
+        ..section.clone()
     };
     let vector = section.required("wave_vector", &keys.wave_vector)?;
     section.check("wave_vector", vector.get_ref(), vector.span(), -1e6..=1e6)?;
@@ -803,8 +786,4 @@ fn nominal_size(rect: &Rect) -> [u32; 2] {
     let edges = [rect.edge_u, rect.edge_v].map(DVec3::length);
     let longer = edges[0].max(edges[1]);
     edges.map(|edge| ((f64::from(NOMINAL_SIDE) * edge / longer).round() as u32).max(1))
-}
-
-fn span<T>(value: &Option<Spanned<T>>) -> Range<usize> {
-    value.as_ref().map_or(0..0, Spanned::span)
 }

@@ -125,11 +125,12 @@ impl Scene {
 
     /// Indices and texels of all objects that carry a light map, in their order.
     pub fn light_maps(&self) -> Vec<(usize, [u32; 2])> {
-        let planar = (self.planar_receivers()).map(|(index, _, texels)| (index, texels));
-        let meshes = (self.mesh_receivers()).map(|(index, _, texels)| (index, texels));
-        let mut all: Vec<_> = planar.chain(meshes).collect();
-        all.sort_unstable();
-        all
+        (self.objects.iter().enumerate())
+            .filter_map(|(index, object)| match object.geometry {
+                Geometry::Waves(_) => None,
+                _ => Some((index, object.light_map?)),
+            })
+            .collect()
     }
 
     /// The rects that carry a light map, as (index, rect, texels).
