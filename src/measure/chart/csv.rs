@@ -14,6 +14,15 @@ pub fn text<S: serde::Serializer>(text: &str, serializer: S) -> Result<S::Ok, S:
     serializer.serialize_str(text)
 }
 
+/// A header and one line a row; the rows mark their text by [`text`].
+pub(in crate::measure) fn rows_to_csv(rows: impl IntoIterator<Item: Serialize>) -> String {
+    let mut writer = ::csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row).expect("plain data, in memory");
+    }
+    String::from_utf8(writer.into_inner().expect("in memory")).expect("made of strings")
+}
+
 #[derive(Serialize)]
 struct Row<'a> {
     #[serde(serialize_with = "text")]
@@ -60,11 +69,7 @@ pub(super) fn table(chart: &Chart) -> String {
             rows.push(peer_row(scene, peer, on_front));
         }
     }
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row).expect("plain data, in memory");
-    }
-    String::from_utf8(writer.into_inner().expect("in memory")).expect("made of strings")
+    rows_to_csv(rows)
 }
 
 fn row<'a>(
@@ -136,11 +141,10 @@ mod tests {
     fn formulas_become_text() {
         #[derive(Serialize)]
         struct Row(#[serde(serialize_with = "super::text")] &'static str);
-        let mut writer = ::csv::Writer::from_writer(Vec::new());
-        for cell in ["=1+1", "@SUM(A1)", "-2", "ring", ""] {
-            writer.serialize(Row(cell)).unwrap();
-        }
-        let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
-        assert_eq!(text, "'=1+1\n'@SUM(A1)\n'-2\nring\n\"\"\n");
+        let cells = ["=1+1", "@SUM(A1)", "-2", "ring", ""];
+        assert_eq!(
+            super::rows_to_csv(cells.map(Row)),
+            "'=1+1\n'@SUM(A1)\n'-2\nring\n\"\"\n"
+        );
     }
 }

@@ -455,6 +455,14 @@ fn base64(bytes: &[u8]) -> String {
         .collect()
 }
 
+/// A row of a table.
+pub(in crate::measure) fn row<const N: usize>(cells: [String; N]) -> String {
+    let cells: String = (cells.iter())
+        .map(|cell| format!("<td>{}</td>", escape(cell)))
+        .collect();
+    format!("<tr>{cells}</tr>\n")
+}
+
 /// All figures of a scene, for paper and for those who do not hover.
 fn table(chart: &Chart, scene: &SceneChart) -> String {
     let front = Front::of(chart, scene);
@@ -464,12 +472,6 @@ fn table(chart: &Chart, scene: &SceneChart) -> String {
         } else {
             String::new()
         }
-    };
-    let row = |cells: [String; 10]| {
-        let cells: String = (cells.iter())
-            .map(|cell| format!("<td>{}</td>", escape(cell)))
-            .collect();
-        format!("<tr>{cells}</tr>\n")
     };
     let mut rows = String::new();
     for (series, on_front) in scene.series.iter().zip(&front.points) {

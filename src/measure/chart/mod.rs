@@ -11,7 +11,7 @@
 //!
 //! Times and errors of other renderers are read by [`read_peers`].
 
-mod csv;
+pub(super) mod csv;
 mod data;
 pub(super) mod figure;
 mod header;

@@ -1,9 +1,10 @@
 //! `stress.html`, `stress.csv` and `stress.json`.
 
+use super::super::chart::csv::{rows_to_csv, text};
 use super::super::chart::figure::{Axis, Style, figure};
 use super::super::chart::html::{
     colour, configuration, curve, document, error_key, escape, facts, floor, img, layout, log_axis,
-    marker, symbol,
+    marker, row, symbol,
 };
 use super::target_report::{self, write_table};
 use super::{CONTENDERS, End, LIMITS, Limit, Point, Report, SweepReport, Verdict, verdicts};
@@ -38,9 +39,12 @@ pub fn write(report: &Report, folder: &Path) -> Result<()> {
 fn table(report: &Report) -> String {
     #[derive(Serialize)]
     struct Row<'a> {
+        #[serde(serialize_with = "text")]
         sweep: &'a str,
+        #[serde(serialize_with = "text")]
         axis: &'a str,
         value: f64,
+        #[serde(serialize_with = "text")]
         method: &'a str,
         samples: u32,
         light_map: u32,
@@ -52,12 +56,12 @@ fn table(report: &Report) -> String {
         drift: Option<f64>,
         truth_error: f64,
     }
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
+    let mut rows = Vec::new();
     for sweep in &report.sweeps {
         for series in &sweep.series {
             for point in &series.points {
                 let index = sweep.values.iter().position(|v| *v == point.value);
-                let row = Row {
+                rows.push(Row {
                     sweep: &sweep.name,
                     axis: &sweep.axis,
                     value: point.value,
@@ -71,12 +75,11 @@ fn table(report: &Report) -> String {
                     flicker: point.flicker,
                     drift: point.drift,
                     truth_error: index.map_or(0.0, |i| sweep.truth_error[i]),
-                };
-                writer.serialize(row).expect("plain data, in memory");
+                });
             }
         }
     }
-    String::from_utf8(writer.into_inner().expect("in memory")).expect("made of strings")
+    rows_to_csv(rows)
 }
 
 const STYLE: &str = "
@@ -290,7 +293,7 @@ fn figures(sweep: &SweepReport) -> String {
     let mut rows = String::new();
     for series in &sweep.series {
         for point in &series.points {
-            let cells = [
+            rows += &row([
                 series.method.clone(),
                 point.value.to_string(),
                 point.samples.to_string(),
@@ -301,11 +304,7 @@ fn figures(sweep: &SweepReport) -> String {
                 point.bad_texels.to_string(),
                 percent(point.flicker),
                 percent(point.drift),
-            ];
-            let cells: String = (cells.iter())
-                .map(|cell| format!("<td>{}</td>", escape(cell)))
-                .collect();
-            rows += &format!("<tr>{cells}</tr>\n");
+            ]);
         }
     }
     format!(

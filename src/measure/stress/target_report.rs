@@ -1,58 +1,44 @@
 //! The error targets in `stress.html` and `targets.csv`.
 
+use super::super::chart::csv::{rows_to_csv, text};
 use super::super::chart::figure::{Axis, Style, figure, rounded};
 use super::super::chart::html::{
-    colour, configuration, curve, escape, floor, layout, log_axis, marker, symbol,
+    colour, configuration, curve, escape, floor, layout, log_axis, marker, row, symbol,
 };
 use super::targets::{Summary, TARGETS, TargetPoint};
 use plotly::Plot;
 use plotly::common::Mode;
+use serde::Serialize;
 
 /// One row a point.
 pub fn write_table(points: &[TargetPoint]) -> String {
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record([
-            "scene",
-            "receiver",
-            "width",
-            "height",
-            "target",
-            "estimate",
-            "l1",
-            "reference_error",
-            "energy_ratio",
-            "patches",
-        ])
-        .expect("in memory");
-    for point in points {
-        let TargetPoint {
-            scene,
-            receiver,
-            texels: [width, height],
-            target,
-            estimate,
-            l1,
-            reference_error,
-            energy_ratio,
-            patches,
-        } = point;
-        writer
-            .serialize((
-                scene,
-                receiver,
-                width,
-                height,
-                target,
-                estimate,
-                l1,
-                reference_error,
-                energy_ratio,
-                patches,
-            ))
-            .expect("plain data, in memory");
+    #[derive(Serialize)]
+    struct Row<'a> {
+        #[serde(serialize_with = "text")]
+        scene: &'a str,
+        #[serde(serialize_with = "text")]
+        receiver: &'a str,
+        width: u32,
+        height: u32,
+        target: f64,
+        estimate: f64,
+        l1: f64,
+        reference_error: f64,
+        energy_ratio: f64,
+        patches: u32,
     }
-    String::from_utf8(writer.into_inner().expect("in memory")).expect("made of strings")
+    rows_to_csv(points.iter().map(|point| Row {
+        scene: &point.scene,
+        receiver: &point.receiver,
+        width: point.texels[0],
+        height: point.texels[1],
+        target: point.target,
+        estimate: point.estimate,
+        l1: point.l1,
+        reference_error: point.reference_error,
+        energy_ratio: point.energy_ratio,
+        patches: point.patches,
+    }))
 }
 
 /// What is said of the points of one of the [`TARGETS`]; `None` without any.
@@ -94,9 +80,9 @@ pub fn section(points: &[TargetPoint]) -> String {
         .map(|point| {
             let percent = |value: f64| figure(100.0 * value);
             let [width, height] = point.texels;
-            let cells = [
-                escape(&point.scene),
-                escape(&point.receiver),
+            row([
+                point.scene.clone(),
+                point.receiver.clone(),
                 format!("{width} × {height}"),
                 percent(point.target),
                 percent(point.estimate),
@@ -104,12 +90,7 @@ pub fn section(points: &[TargetPoint]) -> String {
                 percent(point.reference_error),
                 format!("{:.5}", point.energy_ratio),
                 point.patches.to_string(),
-            ];
-            let cells: String = cells
-                .iter()
-                .map(|cell| format!("<td>{cell}</td>"))
-                .collect();
-            format!("<tr>{cells}</tr>\n")
+            ])
         })
         .collect();
     format!(
