@@ -87,6 +87,12 @@ impl Mesh {
         ]
     }
 
+    /// Middle of the bounding box, m.
+    pub fn middle(&self) -> DVec3 {
+        let [low, high] = self.bounds();
+        0.5 * (low + high)
+    }
+
     /// Distance from `point` to the nearest point of the triangles, m; infinite if there are none.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         let distance = |corners: &[u32; 3]| {

@@ -228,16 +228,13 @@ impl Capture {
         unsafe {
             host.device.destroy_image_view(self.view, None);
             host.device.destroy_image(self.image, None);
-            for (buffer, _) in &self.buffers {
-                host.device.destroy_buffer(*buffer, None);
-            }
         }
-        let memory = self.buffers.drain(..).map(|(_, memory)| memory);
-        self.image_memory
-            .take()
-            .into_iter()
-            .chain(memory)
-            .for_each(|memory| host.free(memory));
+        if let Some(memory) = self.image_memory.take() {
+            host.free(memory);
+        }
+        self.buffers
+            .drain(..)
+            .for_each(|buffer| host.free_buffer(buffer));
     }
 }
 

@@ -221,10 +221,8 @@ impl Slot {
     }
 
     fn free(&mut self, host: &Host) {
-        if let Some((buffer, memory)) = self.buffer.take() {
-            // SAFETY: no frame in flight uses it.
-            unsafe { host.device.destroy_buffer(buffer, None) };
-            host.free(memory);
+        if let Some(buffer) = self.buffer.take() {
+            host.free_buffer(buffer);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use nephroid::glam;
-use nephroid::scene::{Camera, EXPOSURES_EV, Geometry, LightKind, MaterialKind, Scene, Similarity};
+use nephroid::scene::{Camera, EXPOSURES_EV, LightKind, MaterialKind, Scene, Similarity};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -80,6 +80,14 @@ pub fn same_light(a: &LightKind, b: &LightKind) -> bool {
     }
 }
 
+/// The camera with the exposure of the scene's.
+pub fn with_exposure_of(camera: &Camera, scenes: &Camera) -> Camera {
+    Camera {
+        exposure_ev: scenes.exposure_ev,
+        ..camera.clone()
+    }
+}
+
 /// Whether two cameras see the same.
 pub fn same_view(a: &Camera, b: &Camera) -> bool {
     (a.position, a.target, a.fov) == (b.position, b.target, b.fov)
@@ -94,11 +102,7 @@ impl Edits {
     /// The scene with these values. Objects are turned about `pivots`.
     pub fn apply(&self, scene: &mut Scene, pivots: &[DVec3]) {
         if let Some(camera) = &self.camera {
-            let exposure_ev = scene.camera.exposure_ev;
-            scene.camera = Camera {
-                exposure_ev,
-                ..camera.clone()
-            };
+            scene.camera = with_exposure_of(camera, &scene.camera);
         }
         if let Some(exposure_ev) = self.exposure_ev {
             scene.camera.exposure_ev = exposure_ev;
@@ -174,14 +178,8 @@ fn carried<T: Clone>(
 
 /// The points about which objects turn: the middle of their bounds, m.
 pub fn pivots(scene: &Scene) -> Vec<DVec3> {
-    let middle = |geometry: &Geometry| {
-        let [low, high] = geometry.mesh().bounds();
-        0.5 * (low + high)
-    };
-    scene
-        .objects
-        .iter()
-        .map(|object| middle(&object.geometry))
+    (scene.objects.iter())
+        .map(|object| object.geometry.mesh().middle())
         .collect()
 }
 

@@ -191,7 +191,7 @@ impl Host {
         (allocator.allocate(&wanted)).map_err(|error| allocation_failed(name, &error))
     }
 
-    /// A buffer that the host can read or write. The caller destroys it and frees its memory.
+    /// A buffer that the host can read or write. The caller passes it to [`Self::free_buffer`].
     ///
     /// # Errors
     /// [`Error::Device`] where there is not enough memory.
@@ -222,6 +222,13 @@ impl Host {
         allocator
             .free(allocation)
             .expect("memory of this allocator");
+    }
+
+    /// Destroys a buffer, which no frame in flight uses, and frees its memory.
+    pub fn free_buffer(&self, (buffer, memory): (vk::Buffer, Allocation)) {
+        // SAFETY: no frame in flight uses it.
+        unsafe { self.device.destroy_buffer(buffer, None) };
+        self.free(memory);
     }
 
     /// Device memory by the names of its allocations, bytes, and all that is reserved.

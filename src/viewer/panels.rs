@@ -142,16 +142,18 @@ fn camera(ui: &mut Ui, state: &mut State, scene: &Scene) {
     });
 }
 
+/// An entry of a list, which a click selects. Whether it is selected.
+fn entry(ui: &mut Ui, state: &mut State, this: Selected, name: &str) -> bool {
+    let label = ui.selectable_label(state.selected == Some(this), name);
+    if label.clicked() {
+        state.selected = Some(this);
+    }
+    state.selected == Some(this)
+}
+
 fn lights(ui: &mut Ui, state: &mut State, scene: &Scene) {
     for (index, light) in scene.lights.iter().enumerate() {
-        let this = Selected::Light(index);
-        if ui
-            .selectable_label(state.selected == Some(this), &light.name)
-            .clicked()
-        {
-            state.selected = Some(this);
-        }
-        if state.selected != Some(this) {
+        if !entry(ui, state, Selected::Light(index), &light.name) {
             continue;
         }
         let mut kind = light.kind.clone();
@@ -228,14 +230,7 @@ fn materials(ui: &mut Ui, state: &mut State, scene: &Scene) {
 
 fn objects(ui: &mut Ui, state: &mut State, scene: &Scene) {
     for (index, object) in scene.objects.iter().enumerate() {
-        let this = Selected::Object(index);
-        if ui
-            .selectable_label(state.selected == Some(this), &object.name)
-            .clicked()
-        {
-            state.selected = Some(this);
-        }
-        if state.selected != Some(this) {
+        if !entry(ui, state, Selected::Object(index), &object.name) {
             continue;
         }
         ui.indent(("object", index), |ui| {

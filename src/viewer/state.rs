@@ -2,6 +2,7 @@
 
 use super::compare::Compare;
 use super::document::Document;
+use super::edits::with_exposure_of;
 use super::handles::Drag;
 #[cfg(feature = "dev")]
 use super::loss::Loss;
@@ -124,11 +125,7 @@ impl State {
             .scene(self.playback.time, self.quality.light_map_scale)
             .clone();
         if let Some(camera) = &self.camera {
-            let exposure_ev = scene.camera.exposure_ev;
-            scene.camera = Camera {
-                exposure_ev,
-                ..camera.clone()
-            };
+            scene.camera = with_exposure_of(camera, &scene.camera);
         }
         scene
     }
@@ -139,10 +136,7 @@ impl State {
             .document
             .scene(self.playback.time, self.quality.light_map_scale);
         match &self.camera {
-            Some(camera) => Camera {
-                exposure_ev: scene.camera.exposure_ev,
-                ..camera.clone()
-            },
+            Some(camera) => with_exposure_of(camera, &scene.camera),
             None => scene.camera.clone(),
         }
     }

@@ -32,7 +32,9 @@ impl Uploads {
     ) -> Result<()> {
         let device = &host.device;
         self.0.resize_with(self.0.len().max(slot + 1), || None);
-        free(host, &mut self.0[slot]);
+        if let Some(buffer) = self.0[slot].take() {
+            host.free_buffer(buffer);
+        }
         let transfer = vk::PipelineStageFlags2::ALL_TRANSFER;
         let write = vk::AccessFlags2::TRANSFER_WRITE;
         let wait = |stages, accesses| {
@@ -108,14 +110,7 @@ impl Uploads {
 
     /// The device must be idle.
     pub fn destroy(&mut self, host: &Host) {
-        self.0.iter_mut().for_each(|slot| free(host, slot));
-    }
-}
-
-fn free(host: &Host, slot: &mut Option<(vk::Buffer, Allocation)>) {
-    if let Some((buffer, memory)) = slot.take() {
-        // SAFETY: no frame in flight uses it.
-        unsafe { host.device.destroy_buffer(buffer, None) };
-        host.free(memory);
+        let buffers = self.0.iter_mut().filter_map(Option::take);
+        buffers.for_each(|buffer| host.free_buffer(buffer));
     }
 }
