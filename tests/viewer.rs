@@ -3,7 +3,7 @@
 mod common;
 
 use assert_cmd::Command;
-use common::{nephroid, refuses, scene_path};
+use common::{nephroid, refuses, scene_path, shipped};
 use std::fmt::Write;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -131,16 +131,13 @@ fn small_scene(irradiance: f64) -> String {
 /// Every shipped scene is opened and shown, most of them without the layers, under which a first frame takes seconds.
 #[test]
 fn all_scenes_are_shown() {
-    let mut names: Vec<_> = (scene_path("").read_dir().unwrap())
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|end| end == "toml"))
-        .collect();
-    names.sort();
+    let names = shipped();
     assert!(names.len() > 20, "{names:?}");
     let mut script = String::from(
         "set light-maps 0.1\nset refine off\nset samples 500\nset images 1\nset cells 64\n",
     );
-    for path in &names {
+    for name in &names {
+        let path = scene_path(name);
         let path = path.display();
         writeln!(script, "open {path}\nframes 1\nexpect no error").unwrap();
     }

@@ -9,14 +9,15 @@ pub mod glass;
 pub mod run;
 
 use assert_cmd::Command;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use nephroid::gpu::{Context, ContextOptions, Messages};
 use nephroid::image_file::RgbImage;
 use nephroid::measure;
-use nephroid::reference::{Options, Reference, caustic};
+use nephroid::reference::{FluxReference, Options, Reference, View, caustic, flux_balance, view};
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::{
     self, Atlas, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Similarity, Texel,
+    Unwrapping,
 };
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -31,6 +32,15 @@ pub fn scene_path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("assets/scenes")
         .join(name)
+}
+
+/// The names of all shipped scenes, in order.
+pub fn shipped() -> Vec<String> {
+    let mut names: Vec<_> = (scene_path("").read_dir().unwrap())
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
 }
 
 /// A shipped scene with light of single surfaces alone, as all methods have it.
@@ -170,6 +180,17 @@ pub fn solve(scene: &Scene, receiver: &str, texels: [u32; 2], options: &Options)
     let receiver = scene.object_index(receiver).unwrap();
     let cancel = AtomicBool::new(false);
     caustic(scene, receiver, texels, options, &mut |_| {}, &cancel).unwrap()
+}
+
+/// The reference's view.
+pub fn see(scene: &Scene, size: [u32; 2], options: &Options) -> View {
+    view(scene, size, options, &mut |_| {}, &AtomicBool::new(false)).unwrap()
+}
+
+/// The reference's balance of flux.
+pub fn balance(scene: &Scene, seed: u32) -> FluxReference {
+    let found = flux_balance(scene, seed, &AtomicBool::new(false));
+    found.unwrap().expect("light comes in")
 }
 
 /// [`solve`] to this error, once in a process: tests that need the same truth share it.
@@ -370,6 +391,11 @@ pub fn ratio_error(a: [f64; 3], b: [f64; 3]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+pub fn bits(image: &RgbImage) -> Vec<u32> {
+    let values = image.pixels.as_flattened();
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
 /// No NaN, no infinity, nothing below zero.
 pub fn assert_physical(image: &RgbImage) {
     let physical = |rgb: &[f32; 3]| rgb.iter().all(|v| v.is_finite() && *v >= 0.0);
@@ -415,6 +441,25 @@ pub fn hollow_cylinder(radius: f64, height: f64, facets: u32) -> Mesh {
         }
     }
     mesh
+}
+
+/// A diffuse mesh with a light map of `texels`, laid out by its `own` coordinates or, without them, unwrapped.
+pub fn mesh_receiver(
+    name: &str,
+    material: usize,
+    mesh: Mesh,
+    own: Vec<[DVec2; 3]>,
+    texels: [u32; 2],
+) -> Object {
+    let mesh = Arc::new(mesh);
+    Object {
+        light_map: Some(texels),
+        unwrapping: Some(Arc::new(Unwrapping {
+            rest: mesh.clone(),
+            own,
+        })),
+        ..Object::new(name, material, Geometry::Mesh(mesh))
+    }
 }
 
 pub fn floor(half: f64, y: f64) -> Geometry {

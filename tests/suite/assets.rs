@@ -3,8 +3,10 @@
 #[path = "../../examples/generate_assets/assets.rs"]
 mod generator;
 
+use crate::common::folder::area;
+use crate::common::load_with_chains;
 use glam::DVec3;
-use nephroid::scene::{Geometry, LightKind, Mesh, Rect, Scene, load};
+use nephroid::scene::{Geometry, LightKind, Mesh, Rect, Scene};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -36,13 +38,6 @@ fn checked_in_assets_are_the_generated_ones_and_small() {
     assert!(bytes < 9_000_000, "{bytes} bytes");
 }
 
-fn scene(name: &str) -> Scene {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
-    load(&scenes.join(name))
-        .unwrap_or_else(|e| panic!("{e}"))
-        .scene
-}
-
 fn mesh<'a>(scene: &'a Scene, name: &str) -> &'a Mesh {
     match &scene.objects[scene.object_index(name).unwrap()].geometry {
         Geometry::Mesh(mesh) => mesh,
@@ -70,18 +65,12 @@ fn triangles(mesh: &Mesh) -> impl Iterator<Item = [DVec3; 3]> {
     (mesh.triangles.iter()).map(|corners| corners.map(|i| mesh.positions[i as usize]))
 }
 
-fn area(mesh: &Mesh) -> f64 {
-    triangles(mesh)
-        .map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
-        .sum()
-}
-
 /// Files have seven decimals.
 const ROUNDING: f64 = 1e-7;
 
 #[test]
 fn the_rings_walls_are_cylinders() {
-    let scene = scene("ring.toml");
+    let scene = load_with_chains("ring.toml");
     let ring = mesh(&scene, "ring");
     let mut inside = 0;
     for (position, normal) in ring.positions.iter().zip(&ring.normals) {
@@ -106,7 +95,7 @@ fn the_rings_walls_are_cylinders() {
 
 #[test]
 fn the_ball_has_the_area_of_its_sphere() {
-    let scene = scene("ball.toml");
+    let scene = load_with_chains("ball.toml");
     let ball = mesh(&scene, "ball");
     let sphere = |radius: f64| 2.0 * TAU * radius.powi(2);
     // Rounding moves corners by 3e-8 of edges of 0.035: 1e-6 a triangle, 2e-8 of 5120 together.
@@ -124,7 +113,7 @@ fn the_ball_has_the_area_of_its_sphere() {
 
 #[test]
 fn the_dish_is_a_paraboloid_of_even_cells() {
-    let scene = scene("dish.toml");
+    let scene = load_with_chains("dish.toml");
     let dish = mesh(&scene, "dish");
     assert_eq!(dish.triangles.len(), 2 * 48 * 48);
     let worst_miss = |focal_length: f64| {
@@ -160,7 +149,7 @@ fn the_dish_is_a_paraboloid_of_even_cells() {
 
 #[test]
 fn all_of_the_flat_mirrors_light_lands_on_the_floor() {
-    let scene = scene("mirror.toml");
+    let scene = load_with_chains("mirror.toml");
     let Geometry::Rect(mirror) = scene.objects[scene.object_index("mirror").unwrap()].geometry
     else {
         panic!("the mirror is a rect");
@@ -181,7 +170,7 @@ fn all_of_the_flat_mirrors_light_lands_on_the_floor() {
 
 #[test]
 fn the_caustic_of_the_corner_runs_over_the_common_edge() {
-    let scene = scene("corner.toml");
+    let scene = load_with_chains("corner.toml");
     let ((floor, floor_texels), (wall, wall_texels)) =
         (rect(&scene, "floor"), rect(&scene, "wall"));
     assert_eq!((wall.origin, wall.edge_u), (floor.origin, floor.edge_v));
@@ -212,7 +201,7 @@ fn the_caustic_of_the_corner_runs_over_the_common_edge() {
 
 #[test]
 fn the_post_stands_in_the_rings_caustic() {
-    let scene = scene("blocker.toml");
+    let scene = load_with_chains("blocker.toml");
     let post = mesh(&scene, "post");
     let light = DVec3::new(sun(&scene).x, 0.0, sun(&scene).z).normalize();
     let foot = post.positions.iter().sum::<DVec3>() / post.positions.len() as f64;
@@ -238,7 +227,7 @@ struct Irregular {
 impl Irregular {
     fn load(name: &str) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/meshes");
-        let scene = scene(&format!("{name}.toml"));
+        let scene = load_with_chains(&format!("{name}.toml"));
         let mesh = (scene.objects.iter()).find_map(|object| match &object.geometry {
             Geometry::Mesh(mesh) => Some(Mesh::clone(mesh)),
             _ => None,

@@ -2,37 +2,18 @@
 
 use crate::common::glass::block;
 use crate::common::{
-    Device, assert_error_beyond_noise, assert_physical, flux_noise, footprint, l1, l1_noise,
-    load_with_chains, moved, object_mut, options, solve, texels, with_sun_of,
+    Device, assert_error_beyond_noise, assert_physical, balance, flux_noise, footprint, l1,
+    l1_noise, load_with_chains, mesh_receiver, moved, object_mut, options, solve, texels,
+    with_sun_of,
 };
 use crate::flux_balance::assert_adds_up;
 use glam::{DVec2, DVec3};
 use nephroid::image_file::RgbImage;
 use nephroid::optics::fresnel_dielectric;
-use nephroid::reference;
 use nephroid::render::{Renderer, Settings};
-use nephroid::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene, Texel, Unwrapping};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use nephroid::scene::{LightKind, MaterialKind, Mesh, Scene, Texel};
 
 const SIZE: [u32; 2] = [64, 64];
-
-/// A diffuse mesh with a light map of `texels`, unwrapped.
-fn receiver(name: &str, mesh: Mesh, material: usize, texels: [u32; 2]) -> Object {
-    let mesh = Arc::new(mesh);
-    Object {
-        name: name.into(),
-        material,
-        geometry: Geometry::Mesh(mesh.clone()),
-        light_map: Some(texels),
-        unwrapping: Some(Arc::new(Unwrapping {
-            rest: mesh,
-            own: vec![],
-        })),
-        uvs: None,
-        blocks_light: true,
-    }
-}
 
 /// A sheet with bumps and dents, about 50 mm below the floor of the scenes.
 fn sheet() -> Mesh {
@@ -70,7 +51,9 @@ fn with_receivers(name: &str, receivers: Vec<Mesh>, replaces_floor: bool) -> Sce
     }
     for (mesh, number) in receivers.into_iter().zip(0..) {
         let name = format!("receiver {number}");
-        scene.objects.push(receiver(&name, mesh, material, SIZE));
+        scene
+            .objects
+            .push(mesh_receiver(&name, material, mesh, vec![], SIZE));
     }
     scene
 }
@@ -269,8 +252,7 @@ fn equal_scenes_have_equal_bits() {
 fn the_balance_of_flux_has_it() {
     for (name, bound) in [("glass_ball.toml", 0.006), ("two_mirrors.toml", 0.006)] {
         let scene = with_receivers(name, vec![sheet()], true);
-        let found = reference::flux_balance(&scene, 0, &AtomicBool::new(false));
-        let truth = found.unwrap().expect("light comes in").mean;
+        let truth = balance(&scene, 0).mean;
         let settings = Settings {
             error: Some(0.02),
             ..Settings::default()

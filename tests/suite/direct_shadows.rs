@@ -1,8 +1,7 @@
 //! Shadows in the maps of direct light, against closed forms, and views that use them.
 
-use crate::common::{Device, assert_error, footprint, load, middles, object_mut, toward_sun};
+use crate::common::{Device, assert_error, bits, footprint, load, middles, object_mut, toward_sun};
 use glam::DVec3;
-use nephroid::image_file::RgbImage;
 use nephroid::scene::{Geometry, LightKind, MaterialKind, Object, Rect, Scene};
 use std::f64::consts::PI;
 
@@ -90,11 +89,6 @@ fn thin_blockers_are_not_lost() {
             [1.0, 1.2].map(|factor| (hidden(factor * width, shift) * factor - 1.0).abs());
         assert_error("shadow of a thin strip", 0.1, error, perturbed);
     }
-}
-
-fn bits(image: &RgbImage) -> Vec<u32> {
-    let values = image.pixels.as_flattened().iter();
-    values.map(|value| value.to_bits()).collect()
 }
 
 /// A frame in which only the camera moved is that of a renderer that was made for it, bit by bit; and a light that moved

@@ -1,18 +1,16 @@
 //! The flux in every light map of every shipped scene, against the reference's.
 
 use crate::common::{
-    Device, assert_error_beyond_noise, assert_physical, flux, footprint, load, load_with_chains,
-    method, moved, only_receiver, options, rect, truth,
+    Device, assert_error_beyond_noise, assert_physical, balance, flux, footprint, load,
+    load_with_chains, method, moved, only_receiver, options, rect, shipped, truth,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
-use nephroid::reference::{Options, Reference, flux_balance};
+use nephroid::reference::{Options, Reference};
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::{Atlas, EnvironmentMap, Geometry, LightKind, Material, Scene};
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// A mean error of a few per cent a texel is one of much less in the sum.
 const REFERENCE_ERROR: f64 = 0.01;
@@ -114,8 +112,7 @@ fn by_balance(scene: &Scene, name: &str, balances: u32) -> True {
     let mut flux = [0.0; 3];
     let mut squares = [0.0; 3];
     for seed in 0..balances {
-        let balance = flux_balance(&alone, seed, &AtomicBool::new(false));
-        let balance = balance.unwrap().expect("light comes in");
+        let balance = balance(&alone, seed);
         let landed = balance.mean.landed.iter();
         // A ray lands after one number of interfaces, so that their errors do not add up.
         for (landed, error) in landed.zip(&balance.standard_error.landed) {
@@ -447,9 +444,7 @@ fn engineered() {
 /// A new scene needs a test here.
 #[test]
 fn no_scene_is_left_out() {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
-    for entry in scenes.read_dir().unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
+    for name in shipped() {
         let is_tested = ["keep_the_energy", "keeps_the_energy", "load"]
             .iter()
             .any(|call| include_str!("energy.rs").contains(&format!("{call}(\"{name}\"")));
@@ -555,8 +550,7 @@ fn chains_under_an_even_sky() {
     let mut scene = only_receiver(load_with_chains("mesh_cage.toml"), "floor", [32, 32]);
     scene.lights.truncate(1);
     scene.lights[0].kind = load("ball.toml").lights[0].kind.clone();
-    let balance = flux_balance(&scene, 0, &AtomicBool::new(false));
-    let truth: f64 = (balance.unwrap().unwrap().mean.landed[1..].iter())
+    let truth: f64 = (balance(&scene, 0).mean.landed[1..].iter())
         .map(|flux| flux[0])
         .sum();
     let received = |scene: &Scene| fluxes(&device, scene, &footprint(16_384))[0][0];

@@ -2,7 +2,8 @@
 
 use crate::common::glass::{self, block};
 use crate::common::{
-    Device, assert_error_beyond_noise, footprint, load_with_chains, scene_path, set_light_maps,
+    Device, assert_error_beyond_noise, balance, footprint, load_with_chains, set_light_maps,
+    shipped,
 };
 use glam::DVec3;
 use nephroid::flux_balance::{Flux, FluxBalance};
@@ -11,7 +12,6 @@ use nephroid::reference;
 use nephroid::render::{Method, Renderer, Settings};
 use nephroid::scene::{Dielectric, Geometry, MaterialKind, Rect, Scene};
 use std::slice::from_ref;
-use std::sync::atomic::AtomicBool;
 
 /// As on the command line.
 fn settings() -> Settings {
@@ -26,11 +26,6 @@ fn by_device(scene: &Scene, settings: &Settings) -> Option<FluxBalance> {
         .renderer(scene, settings)
         .flux_balance()
         .unwrap()
-}
-
-fn by_reference(scene: &Scene) -> reference::FluxReference {
-    let found = reference::flux_balance(scene, 0, &AtomicBool::new(false));
-    found.unwrap().expect("light comes in")
 }
 
 /// Bits of the light maps of a frame.
@@ -57,8 +52,7 @@ pub fn assert_adds_up(name: &str, balance: &FluxBalance) {
 fn adds_up_on_every_shipped_scene() {
     let device = Device::unwatched();
     let mut with_chains = 0;
-    for entry in scene_path("").read_dir().unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
+    for name in shipped() {
         let mut scene = load_with_chains(&name);
         set_light_maps(&mut scene, [64, 64]);
         let mut renderer = device.renderer(&scene, &settings());
@@ -106,7 +100,7 @@ fn agrees_with_the_reference() {
         ("prism.toml", 0.025),
     ] {
         let scene = load_with_chains(name);
-        let truth = by_reference(&scene);
+        let truth = balance(&scene, 0);
         assert_adds_up(name, &truth.mean);
         let balance = by_device(&scene, &settings()).unwrap();
         let (error, noise) = worst(&balance, 1.0, &truth);
@@ -173,7 +167,7 @@ fn absorbing_slab() {
     );
     let f = fresnel_dielectric(1.0, 1.0 / 1.5);
     let device = by_device(&scene, &footprint(16_384)).unwrap();
-    let reference = by_reference(&scene).mean;
+    let reference = balance(&scene, 0).mean;
     for (what, balance, bound) in [("device", device, 0.002), ("reference", reference, 0.001)] {
         assert_adds_up(what, &balance);
         for channel in 0..3 {
@@ -234,7 +228,7 @@ fn parallel_mirrors() {
         ..glass::scene(DVec3::new(-0.5, 1.0, 0.0), end, mirrors)
     };
     let device = by_device(&scene, &footprint(16_384)).unwrap();
-    for (what, balance) in [("device", device), ("reference", by_reference(&scene).mean)] {
+    for (what, balance) in [("device", device), ("reference", balance(&scene, 0).mean)] {
         assert_adds_up(what, &balance);
         let cut_off = balance.share(balance.cut_off.interfaces);
         let absorbed = balance.share(balance.absorbed_by_mirrors);

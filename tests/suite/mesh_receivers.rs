@@ -3,7 +3,8 @@
 
 use crate::common::{
     Device, assert_error, assert_error_beyond_noise, assert_physical, brighter, flux_noise,
-    footprint, l1, l1_noise, load, method, object_mut, options, refuses, scaled, solve, texels,
+    footprint, l1, l1_noise, load, mesh_receiver, method, object_mut, options, refuses, scaled,
+    solve, texels,
 };
 use glam::{DMat3, DVec2, DVec3};
 use nephroid::image_file::RgbImage;
@@ -32,16 +33,7 @@ fn scene(receiver: Object) -> Scene {
 
 /// A diffuse mesh called `receiver`.
 fn receiver(mesh: Mesh, own: Vec<[DVec2; 3]>, texels: [u32; 2]) -> Object {
-    let mesh = Arc::new(mesh);
-    Object {
-        name: "receiver".into(),
-        material: 1,
-        geometry: Geometry::Mesh(mesh.clone()),
-        light_map: Some(texels),
-        unwrapping: Some(Arc::new(Unwrapping { rest: mesh, own })),
-        uvs: None,
-        blocks_light: true,
-    }
+    mesh_receiver("receiver", 1, mesh, own, texels)
 }
 
 /// A grid of quads and its texture coordinates, within a margin.

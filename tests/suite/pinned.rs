@@ -5,11 +5,10 @@
 //! Where a commit changes them on purpose it says why
 //! and writes the file again: `NEPHROID_PIN=1 cargo test --release --test suite pinned`.
 
-use crate::common::{Device, method};
+use crate::common::{Device, load_with_chains, method, shipped};
 use nephroid::render::{Method, Renderer};
-use nephroid::scene::{self, Geometry, Scene};
+use nephroid::scene::{Geometry, Scene};
 use std::fmt::Write;
-use std::path::Path;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/pinned_maps.txt");
 
@@ -53,12 +52,6 @@ fn light_maps_keep_their_bits() {
     let device = Device::unwatched();
     let info = device.0.info();
     let machine = format!("{} | {}", info.name, info.driver);
-    let mut scenes: Vec<_> = (Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes"))
-        .read_dir()
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .collect();
-    scenes.sort();
     let pinned = std::fs::read_to_string(FILE).unwrap_or_default();
     let is_written = std::env::var_os("NEPHROID_PIN").is_some();
     if !is_written && pinned.lines().next() != Some(&machine) {
@@ -69,9 +62,9 @@ fn light_maps_keep_their_bits() {
         return;
     }
     let mut found = machine + "\n";
-    for file in scenes {
-        let name = file.file_stem().unwrap().to_string_lossy().into_owned();
-        let loaded = scene::load(&file).unwrap().scene;
+    for file in shipped() {
+        let name = file.trim_end_matches(".toml");
+        let loaded = load_with_chains(&file);
         for (kind, samples, width) in METHODS {
             let scene = small(loaded.clone(), width);
             let is_mesh = scene.mesh_receivers().next().is_some();

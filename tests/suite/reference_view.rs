@@ -2,7 +2,7 @@
 //! perturbed twin.
 
 use crate::common::{
-    assert_errors_are_honest, load, only_receiver, options, toward_sun, with_sun_of,
+    assert_errors_are_honest, load, only_receiver, options, see, toward_sun, with_sun_of,
 };
 use glam::DVec3;
 use nephroid::Error;
@@ -17,10 +17,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 const SIZE: [u32; 2] = [12, 8];
-
-fn see(scene: &Scene, size: [u32; 2], options: &Options) -> View {
-    view(scene, size, options, &mut |_| {}, &AtomicBool::new(false)).unwrap()
-}
 
 fn camera(position: [f64; 3], target: [f64; 3], fov_degrees: f64) -> Camera {
     Camera {

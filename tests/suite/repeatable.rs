@@ -1,15 +1,10 @@
 //! The same scene gives the same bits, every time.
 
-use crate::common::{Device, brighter, load, load_with_chains, method, set_light_maps};
-use nephroid::image_file::RgbImage;
+use crate::common::{
+    Device, bits, brighter, load, load_with_chains, method, set_light_maps, shipped,
+};
 use nephroid::render::{Method, Settings};
 use nephroid::scene::{Geometry, Scene};
-use std::path::Path;
-
-fn bits(image: &RgbImage) -> Vec<u32> {
-    let values = image.pixels.as_flattened();
-    values.iter().map(|value| value.to_bits()).collect()
-}
 
 /// Bits of every light map and of the view, twice in the same renderer.
 fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
@@ -82,10 +77,8 @@ fn a_caustic_is_one_submission() {
         error: Some(0.02),
         ..Settings::default()
     };
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
     let mut single = 0;
-    for entry in scenes.read_dir().unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
+    for name in shipped() {
         let mut scene = load_with_chains(&name);
         set_light_maps(&mut scene, [32, 32]);
         let mut renderer = device.renderer(&scene, &settings);

@@ -3,6 +3,7 @@
 //! own.
 
 use crate::common::folder::{Folder, OBJ, SCENE, hdr, mesh};
+use crate::common::{scene_path, shipped};
 use glam::DVec3;
 use nephroid::scene::{LightKind, load};
 use std::fs;
@@ -44,15 +45,13 @@ fn the_good_scene_loads_in_si_units() {
 
 #[test]
 fn shipped_scenes_load_without_a_warning() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes");
-    let mut count = 0;
-    for entry in folder.read_dir().unwrap() {
-        let loaded = load(&entry.unwrap().path()).unwrap_or_else(|e| panic!("{e}"));
+    let names = shipped();
+    for name in &names {
+        let loaded = load(&scene_path(name)).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(loaded.warnings, Vec::<String>::new());
         assert!(loaded.scene.planar_receivers().count() > 0);
-        count += 1;
     }
-    assert_eq!(count, 25);
+    assert_eq!(names.len(), 25);
 }
 
 const LAMP: &str = "\

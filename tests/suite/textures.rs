@@ -1,14 +1,12 @@
 //! Albedo maps: from files to what the views of the renderer and of the reference show.
 
 use crate::common::folder::{Folder, SCENE};
-use crate::common::{Device, assert_error, footprint, options};
+use crate::common::{Device, assert_error, footprint, options, see};
 use glam::{DVec2, DVec3};
 use nephroid::image_file::RgbImage;
-use nephroid::reference::{View, view};
 use nephroid::scene::{Geometry, LightKind, MaterialKind, Scene, Texture};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Red, green over blue, white; rows from the top.
 const TEXELS: [[u8; 3]; 4] = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
@@ -252,11 +250,6 @@ fn maps_of_mtl_files() {
     }
 }
 
-fn see(scene: &Scene, size: [u32; 2], error: f64) -> View {
-    let cancel = AtomicBool::new(false);
-    view(scene, size, &options(error), &mut |_| {}, &cancel).unwrap()
-}
-
 /// Radiance of the floor at (u, v) under a sun that is a point, albedo/π E cosθ.
 #[test]
 fn the_view_shows_the_colours_where_they_belong() {
@@ -274,7 +267,7 @@ fn the_view_shows_the_colours_where_they_belong() {
         scene.camera.target = DVec3::new(-1.0 + 2.0 * u, 0.0, 1.0 - 2.0 * v);
         scene.camera.position = scene.camera.target + DVec3::new(0.2, 1.0, 0.3);
         scene.camera.fov = 1e-6;
-        for found in see(&scene, [3, 2], 0.5).radiance {
+        for found in see(&scene, [3, 2], &options(0.5)).radiance {
             let error = DVec3::from(found).distance(lit * DVec3::from(colour));
             assert!(error < 1e-5 * lit, "{scale:?} {uv:?}: {found:?}");
         }
@@ -302,7 +295,7 @@ fn caustics_are_coloured_too() {
     scene.camera.position = DVec3::new(-0.5, 1.0, -0.4);
     scene.camera.target = DVec3::new(-0.5, 0.0, -0.5);
     scene.camera.fov = 0.08;
-    let seen = see(&scene, [6, 4], 0.05);
+    let seen = see(&scene, [6, 4], &options(0.05));
     // In the upper left of the floor: u, v = 0.25, 0.75: red.
     let red = 0.5 / PI * 0.9 * 0.6;
     let n = seen.radiance.len() as f64;
