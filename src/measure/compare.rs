@@ -159,22 +159,20 @@ fn values(a: &RgbImage, b: &RgbImage) -> impl Iterator<Item = (f64, f64)> {
         .map(|(&a, &b)| (a.into(), b.into()))
 }
 
+/// Index of the largest of `count` values, the first of equals.
+pub(super) fn first_largest(count: usize, value: impl Fn(usize) -> f32) -> usize {
+    (0..count)
+        .reduce(|worst, i| if value(i) > value(worst) { i } else { worst })
+        .unwrap_or(0)
+}
+
 pub(super) fn worst(a: &RgbImage, b: &RgbImage) -> Texel {
     let difference = |i: usize| -> f32 {
         (0..3)
             .map(|c| (a.pixels[i][c] - b.pixels[i][c]).abs())
             .sum()
     };
-    // The first of equals.
-    let index = (0..a.pixels.len())
-        .reduce(|worst, i| {
-            if difference(i) > difference(worst) {
-                i
-            } else {
-                worst
-            }
-        })
-        .unwrap_or(0);
+    let index = first_largest(a.pixels.len(), difference);
     Texel {
         column: index as u32 % a.width,
         row: index as u32 / a.width,

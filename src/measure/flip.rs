@@ -5,6 +5,7 @@
 //! by the crate `flip-rs`. 0 is equal and 1 as different as can be. The pictures are those that
 //! [`crate::tone_map`] makes, 8-bit sRGB, at [`PIXELS_PER_DEGREE`].
 
+use super::compare::first_largest;
 use crate::error::{Error, Result};
 use crate::image_file::RgbImage;
 use crate::tone_map::to_srgb;
@@ -69,10 +70,7 @@ pub fn flip(a: &RgbImage, b: &RgbImage, exposure_ev: f64) -> Result<Flip> {
     let values = map.pixels();
     let mean = |sum: f64, count: usize| sum / count as f64;
     let total: f64 = values.iter().map(|&v| f64::from(v)).sum();
-    // The first of equals.
-    let worst = (0..values.len())
-        .reduce(|worst, i| if values[i] > values[worst] { i } else { worst })
-        .unwrap_or(0);
+    let worst = first_largest(values.len(), |i| values[i]);
     let worst_region = regions(a.width, a.height)
         .map(|(columns, rows)| Sums::of(a, b, values, columns, rows))
         .reduce(|worst, next| if next.flip > worst.flip { next } else { worst })

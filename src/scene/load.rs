@@ -217,11 +217,8 @@ impl<'a> Loader<'a> {
                 LightKind::Sun {
                     direction: mesh::unit(direction).ok_or_else(|| {
                         let remedy = "name a vector from the scene toward the light";
-                        section.error(
-                            section.at(&entry.direction),
-                            "direction has no length",
-                            remedy,
-                        )
+                        let place = section.at(&entry.direction);
+                        section.error(place, "direction has no length", remedy)
                     })?,
                     irradiance: section.triple("irradiance", &entry.irradiance, 0.0..=1e9)?,
                     angular_radius: radius.to_radians(),

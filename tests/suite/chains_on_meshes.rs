@@ -51,9 +51,8 @@ fn with_receivers(name: &str, receivers: Vec<Mesh>, replaces_floor: bool) -> Sce
     }
     for (mesh, number) in receivers.into_iter().zip(0..) {
         let name = format!("receiver {number}");
-        scene
-            .objects
-            .push(mesh_receiver(&name, material, mesh, vec![], SIZE));
+        let object = mesh_receiver(&name, material, mesh, vec![], SIZE);
+        scene.objects.push(object);
     }
     scene
 }
