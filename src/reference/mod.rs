@@ -149,6 +149,9 @@ pub fn caustic(
     })
 }
 
+/// Bytes of a texel at most, measured on scenes with and without an environment.
+const TEXEL_BYTES: u64 = 240;
+
 fn check(texels: [u32; 2], options: &Options) -> Result<()> {
     for side in texels {
         if let Err(reason) = light_map_side(side.into()) {
@@ -159,11 +162,11 @@ fn check(texels: [u32; 2], options: &Options) -> Result<()> {
         }
     }
     let count = texels.map(u64::from).iter().product::<u64>();
-    memory::check(&format!("{count} texels"), count * memory::REFERENCE_TEXEL).map_err(
-        |reason| Error::Usage {
+    memory::check(&format!("{count} texels"), count * TEXEL_BYTES).map_err(|reason| {
+        Error::Usage {
             reason,
             remedy: "ask for fewer texels".into(),
-        },
-    )?;
+        }
+    })?;
     check_error(options)
 }

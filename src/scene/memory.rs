@@ -12,8 +12,6 @@ pub const TRIANGLE_OF_FRAME: u64 = 160;
 pub const PIXEL: u64 = 110;
 /// Bytes of a texel of a mesh's light map at most, while it is laid out.
 pub const TEXEL: u64 = 600;
-/// Bytes of a texel of a reference at most, measured on scenes with and without an environment.
-pub const REFERENCE_TEXEL: u64 = 240;
 
 /// Bytes that are not worth asking for: to ask takes longer than to read a small file.
 const SMALL: u64 = 1 << 20;

@@ -81,7 +81,6 @@ impl TriangleStore {
                     uv0,
                     uv1,
                     uv2,
-                    ..Default::default()
                 });
             }
             ranges.push(first..triangles.len());
