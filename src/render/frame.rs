@@ -4,7 +4,7 @@
 //! upload ─► pilot ─► number                                                           chains: light of several surfaces
 //!        ─► facet flux ─► count ─► trace ─► count ─► project ─► splat ─► resolve      suns on planar receivers
 //!        ─► trace ─► number ─► emit ─► … ─► finish ─► splat ─► resolve                chains
-//!        ─► sample ─► project ─► compact ─► splat ─► resolve ─► dilate               mesh receivers, environments
+//!        ─► sample ─► project ─► compact ─► splat ─► resolve                         mesh receivers, environments
 //! ```
 //! The casters' triangles are facets. facet flux computes the light that each facet sends to the receivers. By this flux, count
 //! divides facets into patches, the paper's sample points, and trace tests the visibility of their corners. Each patch is a
@@ -13,9 +13,9 @@
 //! specular surfaces: pilot finds how many rays they need, trace follows a wave of rays to the next surface, emit writes the
 //! next wave and the splats, and finish follows the remaining rays to their end; chains/frame.rs lists their passes. For suns
 //! and lamps on mesh receivers, sample makes patches of even size; environment cells are projected by patch clusters. compact
-//! lists the splats of both. The method `pinhole` gathers over the patches of sample
-//! at every texel instead, as the paper does, and `points` splats single texels. view/frame.rs continues with direct light and
-//! the camera's picture.
+//! lists the splats of both. The method `pinhole` gathers over the patches of sample at every texel instead, as the paper does,
+//! and `points` splats single texels; after them, dilate extends the light maps of meshes around their charts. view/frame.rs
+//! continues with direct light and the camera's picture.
 
 use crate::error::Result;
 use crate::gpu::{Access, Image, Recorder};
