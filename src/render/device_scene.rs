@@ -61,7 +61,7 @@ pub struct DeviceScene {
     profiles: Buffer,
     settings: Settings,
     /// Whether the device lacks parts of `scene`: before the first update, and after an update that failed.
-    is_stale: bool,
+    pub is_stale: bool,
 }
 
 impl DeviceScene {

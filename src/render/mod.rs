@@ -103,8 +103,6 @@ pub struct Renderer {
     is_current: bool,
     /// Whether the direct maps show the current scene.
     is_direct_current: bool,
-    /// Whether the stages are bound to buffers that an update replaced.
-    must_bind: bool,
     /// Whether the direct map of the environment shows the current scene. It is kept where only suns, lamps or materials change.
     is_environment_current: bool,
     budget: Option<FrameBudget>,
@@ -165,7 +163,6 @@ impl Renderer {
             has_caustic: false,
             is_current: false,
             is_direct_current: false,
-            must_bind: false,
             is_environment_current: false,
             budget,
             grows: None,
@@ -277,17 +274,16 @@ impl Renderer {
         self.is_current = was_current && change == Change::Nothing;
         self.is_direct_current &= change == Change::Nothing;
         self.is_environment_current &= keeps_environment;
-        self.must_bind |= change == Change::Stages;
-        if self.must_bind {
+        if change == Change::Stages {
             let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
                 self.scene.casters.patch_capacity = capacity;
                 self.scene.casters.clear();
+                self.scene.is_stale = true;
             })?;
             self.drop_overlays();
             let replaced = std::mem::replace(&mut self.caustic, stages);
             self.keep(replaced);
-            self.must_bind = false;
         }
         self.update_time = start.elapsed();
         Ok(())
