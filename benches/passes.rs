@@ -8,7 +8,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{Device, footprint, image, l1, load, method, only_receiver, options, run::Run, solve};
+use common::{Device, footprint, l1, load, method, only_receiver, options, run::Run, solve};
 use criterion::{Criterion, SamplingMode};
 use nephroid::gpu::keep_freed_memory;
 use nephroid::image_file::RgbImage;
@@ -50,7 +50,7 @@ fn main() {
     let mut bench = Bench {
         device,
         scene,
-        truth: image(&reference),
+        truth: reference.image(),
         criterion: Criterion::default().without_plots().configure_from_args(),
     };
     let tables = PATCHES.map(|patches| bench.table(patches));

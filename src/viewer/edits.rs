@@ -80,10 +80,10 @@ pub fn same_light(a: &LightKind, b: &LightKind) -> bool {
     }
 }
 
-/// The camera with the exposure of the scene's.
-pub fn with_exposure_of(camera: &Camera, scenes: &Camera) -> Camera {
+/// `camera` with the exposure of `other`.
+pub fn with_exposure_of(camera: &Camera, other: &Camera) -> Camera {
     Camera {
-        exposure_ev: scenes.exposure_ev,
+        exposure_ev: other.exposure_ev,
         ..camera.clone()
     }
 }

@@ -210,9 +210,10 @@ fn materials(ui: &mut Ui, state: &mut State, scene: &Scene) {
                 dispersion,
                 ..
             }) => {
-                match dispersion {
-                    Some(_) => drop(ui.label("index of refraction: as the glass disperses light")),
-                    None => drop(slide(ui, ior, 1.0..=3.0, |s| s.text("index of refraction"))),
+                if dispersion.is_some() {
+                    ui.label("index of refraction: varies with the wavelength");
+                } else {
+                    slide(ui, ior, 1.0..=3.0, |s| s.text("index of refraction"));
                 }
                 if !*thin {
                     triple(ui, "absorption", absorption, 0.0, 0.1, "1/m");

@@ -7,6 +7,7 @@ use egui::{
 };
 use nephroid::{Error, Result, input};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::Duration;
 
 /// Most frames of a line.
@@ -157,10 +158,7 @@ fn parse(line: &str) -> Result<Vec<Command>, String> {
         }
         ("set", [name, value]) => one(Command::Set((*name).into(), (*value).into())),
         ("select", [_, ..]) => one(Command::Select(rest.into())),
-        ("time", [seconds]) => one(Command::Time(
-            (seconds.parse().ok().filter(|s: &f64| s.is_finite()))
-                .ok_or_else(|| format!("`{seconds}` is not a number"))?,
-        )),
+        ("time", [seconds]) => one(Command::Time(number(seconds)?)),
         ("play", []) => one(Command::Play(true)),
         ("pause", []) => one(Command::Play(false)),
         ("open", [_, ..]) => one(Command::Open(rest.into())),
@@ -207,8 +205,8 @@ fn drag(
     Ok(commands)
 }
 
-fn number(text: &str) -> Result<f32, String> {
-    let value = text.parse().ok().filter(|x: &f32| x.is_finite());
+fn number<T: FromStr + Copy + Into<f64>>(text: &str) -> Result<T, String> {
+    let value = text.parse().ok().filter(|&x: &T| x.into().is_finite());
     value.ok_or_else(|| format!("`{text}` is no number"))
 }
 

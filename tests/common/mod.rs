@@ -213,11 +213,6 @@ pub fn options(error: f64) -> Options {
     }
 }
 
-/// As the benchmarks call it.
-pub fn image(reference: &Reference) -> RgbImage {
-    reference.image()
-}
-
 /// A device under the validation layers. A missing driver or layer fails the test.
 pub fn validated_context() -> Arc<Context> {
     let options = ContextOptions {
