@@ -16,9 +16,9 @@ vec3 ray_start(Surface surface, vec2 st, vec3 to) {
     return position_at(surface, st) + (dot(n, to) < 0.0 ? -offset : offset) * n;
 }
 
-bool light_arrives(Surface surface, Light light, vec2 st) {
+// Whether the light arrives from the direction s within its disc.
+bool light_arrives(Surface surface, Light light, vec2 st, vec3 s) {
     vec3 x = position_at(surface, st);
-    vec3 s = disc_at(light, x).direction;
     return !occluded(ray_start(surface, st, s), s, distance_to_light(light, x, s), surface.triangle);
 }
 

@@ -89,7 +89,7 @@ void main() {
             PlanarReceiver receiver = planar_receiver_at(target / push.lobes);
             Landing landing = land(surface, rays[lobe], receiver);
             if (landing.margin >= 0.0 && is_inside(receiver, landing.texel)) {
-                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st) ? LIT : BLOCKED;
+                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st, disc_at(light, position_at(surface, st)).direction) ? LIT : BLOCKED;
                 state = arrives == LIT && light_leaves(surface, st, receiver, landing.texel) ? LIT : BLOCKED;
             }
         }

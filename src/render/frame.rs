@@ -236,17 +236,21 @@ fn splat_triangles(
         triangles.record_facet_flux(r, scene);
         next(r);
     })?;
-    recorder.pass("total flux", |r| {
-        triangles.record_total_flux(r, scene);
-        next(r);
-    })?;
     let is_traced = scene.geometry.can_occlude && triangles.traces_corners;
     if is_traced {
         recorder.pass("trace facets", |r| {
             triangles.record_trace_facets(r, scene);
             next(r);
         })?;
+        recorder.pass("visible flux", |r| {
+            triangles.record_visible_flux(r, scene);
+            next(r);
+        })?;
     }
+    recorder.pass("total flux", |r| {
+        triangles.record_total_flux(r, scene);
+        next(r);
+    })?;
     recorder.pass("choose shares", |r| {
         if triangles.has_error_target() {
             triangles.record_facet_error(r, scene);

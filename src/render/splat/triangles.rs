@@ -34,6 +34,7 @@ const SHARES_PER_PATCH: f64 = 1.7;
 
 pub struct Triangles {
     facet_flux: BoundPipeline,
+    visible_flux: BoundPipeline,
     total_flux: BoundPipeline,
     facet_error: BoundPipeline,
     choose_share: BoundPipeline,
@@ -198,6 +199,7 @@ impl Triangles {
         let drawing = [&shaders::TRIANGLE_VERT, &shaders::TRIANGLE_FRAG];
         Ok(Self {
             facet_flux: compute(&shaders::FACET_FLUX_COMP)?,
+            visible_flux: compute(&shaders::VISIBLE_FLUX_COMP)?,
             total_flux: compute(&shaders::TOTAL_FLUX_COMP)?,
             facet_error: compute(&shaders::FACET_ERROR_COMP)?,
             choose_share: compute(&shaders::CHOOSE_SHARE_COMP)?,
@@ -287,6 +289,11 @@ impl Triangles {
     /// Finds the flux of every facet on every receiver.
     pub fn record_facet_flux(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         self.record_over_pairs(recorder, scene, &self.facet_flux);
+    }
+
+    /// Lowers it where corners of facets are blocked.
+    pub fn record_visible_flux(&self, recorder: &mut Recorder, scene: &DeviceScene) {
+        self.record_over_pairs(recorder, scene, &self.visible_flux);
     }
 
     /// Adds it up.

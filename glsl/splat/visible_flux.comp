@@ -1,0 +1,36 @@
+// visible_flux: lowers the flux of facets by what their corners see, so that shares of a receiver's flux are shares of the light that arrives.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "gpu_types.glsl"
+
+layout(local_size_x = SPLAT_GROUP) in;
+FACETS(0)
+layout(std430, binding = 1) buffer Images { FacetImage facet_images[]; }; // per pair and receiver
+layout(std430, binding = 2) readonly buffer Visibility { uint visibility[]; };
+#include "facet_push.glsl"
+#include "facet_visibility.glsl"
+#include "blocks.glsl"
+
+// Part of its flux that a facet counts with where all corners are blocked: few of these have light between the corners.
+const float HIDDEN = 0.125;
+
+void main() {
+    uint pair = thread_index();
+    if (pair >= push.facet_count * push.light_count) return;
+    Facet facet = facet_at(pair % push.facet_count);
+    uint words = words_of_targets();
+    uvec3 corners = (pair / push.facet_count * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;
+    for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
+        uint lit = 0;
+        uint blocked = 0;
+        for (uint target = receiver * push.lobes; target < (receiver + 1) * push.lobes; target++) {
+            uvec3 at = corners + target / 16;
+            uvec3 states = uvec3(visibility[at.x], visibility[at.y], visibility[at.z]) >> 2 * (target % 16) & 3u;
+            for (int i = 0; i < 3; i++) {
+                if (states[i] == LIT) lit++;
+                if (states[i] == BLOCKED) blocked++;
+            }
+        }
+        if (blocked > 0) facet_images[pair * push.receiver_count + receiver].flux *= max(float(lit) / float(lit + blocked), HIDDEN);
+    }
+}
