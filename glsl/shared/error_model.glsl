@@ -13,9 +13,9 @@ float image_division(float share, float deviation, float height, float blur, flo
     return rounded(sqrt(sqrt(32.0 * share * deviation / (clamp(height, blur, 4.0 * blur) * patch_share))), MAX_IMAGE_DIVISION);
 }
 
-// The same where light is blocked in a part of the patch.
-float mixed_division(float share, float longest, float blur, float patch_share) {
-    return clamp(ceil(sqrt(4.0 * share * min(longest / blur, 1.0) / patch_share)), 2.0, 7.0);
+// The same where light is blocked in a part of the patch. `exposed` is the share of its facet's outline at which the surface ends or bends.
+float mixed_division(float share, float longest, float blur, float exposed, float patch_share) {
+    return clamp(ceil(sqrt(4.0 * share * max(min(longest / blur, 1.0), exposed) / patch_share)), 2.0, 7.0);
 }
 
 // Light that is at the wrong place because `n`^2 triangles with straight sides stand for the image.
@@ -23,9 +23,10 @@ float image_error(float share, float deviation, float longest, float blur, float
     return share * min(deviation / (n * n * max(longest / n, blur)), 1.0);
 }
 
-// Light at the wrong place because each of n^2 triangles is lit or not as a whole.
-float shadow_error(float share, float longest, float blur, float n) {
-    return share / (2.0 * n) * min(longest / (n * blur), 1.0);
+// Light at the wrong place because each of n^2 triangles is lit or not as a whole. Neighbours make up for what an image has too much or
+// too little, but not where the surface ends or bends.
+float shadow_error(float share, float longest, float blur, float exposed, float n) {
+    return share / (2.0 * n) * max(min(longest / (n * blur), 1.0), exposed * inversesqrt(n));
 }
 
 // Share of a facet's light that is at the wrong place because the profile is that of a parallelogram in place of the light's disc.

@@ -61,7 +61,9 @@ void main() {
             float here = log2(error_at(chosen));
             chosen -= clamp((log2(aim) - here) / max(before - here, 1e-6), 0.0, 1.0);
         }
-        chosen = max(chosen, min(log2(FIRST_SHARE * MIN_PATCHES_PER_ERROR / push.error), finest));
+        // The more facets are mixed, the more may be so although their corners agree: they are divided, and looked at within.
+        float hidden = 1.0 + 3.0 * min(32.0 * sums[0].y, 1.0);
+        chosen = max(chosen, min(log2(FIRST_SHARE * hidden * MIN_PATCHES_PER_ERROR / push.error), finest));
     }
     ReceiverShare share = shares[receiver];
     share.patch_share = FIRST_SHARE * exp2(-chosen);

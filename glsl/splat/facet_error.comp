@@ -65,9 +65,9 @@ void main() {
             float n = image_division(of_patch, deviation, height, blur, patch_share);
             // The edge of a shadow crosses about this number of patches.
             float crossed = (2.0 * parts - 1.0) * mixed;
-            float finer = max(n, mixed_division(of_patch, longest, blur, patch_share));
+            float finer = max(n, mixed_division(of_patch, longest, blur, outline.y, patch_share));
             sums[level] += vec4(parts * parts * image_error(of_patch, deviation, longest, blur, n),
-                crossed * shadow_error(of_patch, longest, blur, finer), 0.0, parts * parts - 1.0);
+                crossed * shadow_error(of_patch, longest, blur, outline.y, finer), 0.0, parts * parts - 1.0);
         }
     }
     for (uint level = 0; level < SHARE_LEVELS; level++) errors[(block * push.receiver_count + receiver) * SHARE_LEVELS + level] = sums[level];

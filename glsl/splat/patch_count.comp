@@ -48,8 +48,11 @@ uint visibility_at(PatchPlace place, ivec2 at, uint word) {
 // Standard deviation of the disc's perspective up to which the disc is divided into pieces.
 const float MAX_PERSPECTIVE = 0.15;
 
+// Side of the blur, texels, from which on the disc is divided where light is blocked in a part of the patch.
+const float MIXED_BLUR = 1.5;
+
 // The triangles for the image on receiver `index`, so that the error of each patch is in proportion.
-uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, uint pieces) {
+uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float exposed, uint pieces) {
     PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return 0;
@@ -60,7 +63,7 @@ uint triangles_for(Surface surface, Cell cell, Light light, uint index, float et
     float blur = blur_side(image);
     float n = image_division(share, deviation_of(image), height, blur, patch_share);
     // Rays from every triangle of a mixed patch.
-    if (is_mixed) n = max(n, mixed_division(share, longest, blur, patch_share));
+    if (is_mixed) n = max(n, mixed_division(share, longest, blur, exposed, patch_share));
     // Where perspective is strong, it is not affine over a piece.
     if (length(image.slant * image.of_light) > MAX_PERSPECTIVE) pieces = 1;
     // No patch takes more than its share of the capacity.
@@ -96,8 +99,11 @@ void main() {
         // All patches of a facet have the same pieces, so that they fit together.
         FacetImage of_facet = facet_image_at(place.pair * push.receiver_count + target / push.lobes);
         float blur = unpackHalf2x16(of_facet.height_blur).y;
-        uint pieces = push.error > 0.0 && needs_pieces(unpackHalf2x16(of_facet.outline), blur, push.error) ? shares[target / push.lobes].pieces : 1;
-        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, pieces);
+        vec2 outline = unpackHalf2x16(of_facet.outline);
+        uint pieces = push.error > 0.0 && needs_pieces(outline, blur, push.error) ? shares[target / push.lobes].pieces : 1;
+        // The lit part of the disc lands beside the middle of its image.
+        if (is_mixed && push.error > 0.0 && blur > MIXED_BLUR) pieces = max(pieces, 4);
+        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, outline.y, pieces);
         patch_splats[patch_index * count + target] = found;
         splats += splats_of(found);
     }

@@ -23,6 +23,8 @@ layout(std430, binding = 12) buffer Visibility { uint visibility[]; };
 #include "light.glsl"
 #include "optics.glsl"
 #include "planar_receiver.glsl"
+#include "light_axes.glsl"
+#include "disc_pieces.glsl"
 #include "facet.glsl"
 #include "facet_rays.glsl"
 #include "facet_visibility.glsl"
@@ -39,11 +41,13 @@ void main() {
     uint triangle;
     vec2 st;
     uint targets;
+    uint quadrant;
     if (push.is_lattice == 0) {
         // The targets of the facets around the corner.
         if (index >= corners || visibility[index * words] == 0) return;
         targets = visibility[index * words];
         light_index = index / push.corner_count;
+        quadrant = index % push.corner_count * 2654435769u >> 30;
         FacetCorner corner = facet_corners[index % push.corner_count];
         triangle = corner.triangle;
         st = vec2(corner.s, corner.t);
@@ -62,15 +66,7 @@ void main() {
         if (place.x == n || place.y == n || place.x + place.y == 0) return;
         Facet facet = facet_at(pair % push.facet_count);
         light_index = pair / push.facet_count;
-        // Where the facet's corners agree that light arrives, everything between them is taken to be lit.
-        uvec3 corners_at = (light_index * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;
-        bool agree = true;
-        for (uint word = 0; word < words; word++) {
-            uvec3 states = uvec3(visibility[corners_at.x + word], visibility[corners_at.y + word], visibility[corners_at.z + word]);
-            agree = agree && is_lit(states.x) && all(equal(states, states.xxx));
-            visibility[index * words + word] = states.x;
-        }
-        if (agree) return;
+        quadrant = place.x + 2 * place.y & 3u;
         triangle = facet.triangle;
         targets = patches.targets;
         st = place_in(facet_cell(facet), vec2(place) / float(n));
@@ -78,6 +74,9 @@ void main() {
     Light light = light_at(light_index);
     Surface surface = surface_toward(triangle, light);
     OutgoingRay rays[2] = OutgoingRay[](leave(surface, light, 0.0, st), leave(surface, light, surface.eta, st));
+    // The points around a corner see several points of the disc, so that they disagree in penumbras.
+    vec2 point = piece_of(quadrant, 4).centre;
+    LightDisc disc = disc_at(light, position_at(surface, st));
     for (uint word = 0; word < words; word++) visibility[index * words + word] = 0;
     uint arrives = UNKNOWN;
     uint count = push.lobes * push.receiver_count;
@@ -89,8 +88,11 @@ void main() {
             PlanarReceiver receiver = planar_receiver_at(target / push.lobes);
             Landing landing = land(surface, rays[lobe], receiver);
             if (landing.margin >= 0.0 && is_inside(receiver, landing.texel)) {
-                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st, disc_at(light, position_at(surface, st)).direction) ? LIT : BLOCKED;
-                state = arrives == LIT && light_leaves(surface, st, receiver, landing.texel) ? LIT : BLOCKED;
+                float eta = lobe == 0 ? 0.0 : surface.eta;
+                vec3 change = outgoing_change(disc.direction, normal_at(surface, st), change_to(light, disc, point), vec3(0.0), eta);
+                vec2 aside = landing_change(receiver, rays[lobe].direction, landing.distance_ * change);
+                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st, point) ? LIT : BLOCKED;
+                state = arrives == LIT && light_leaves(surface, st, receiver, landing.texel + aside) ? LIT : BLOCKED;
             }
         }
         visibility[index * words + target / 16] |= state << 2 * (target % 16);

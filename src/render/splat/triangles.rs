@@ -345,7 +345,7 @@ impl Triangles {
         recorder.dispatch(&self.trace_corners, &push, threads(corners));
     }
 
-    /// Traces rays from the corners of the patches, in facets whose corners differ.
+    /// Traces rays from the corners of the patches of divided facets.
     pub fn record_trace_patches(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let push = FacetPush {
             is_lattice: 1,
