@@ -263,15 +263,14 @@ void take_piece(inout CellImage image, uint index, uint pieces) {
     image.flux /= float(pieces);
 }
 
-// The splat for `cell`, which is number `part` of its patch, and a piece of the disc. Returns false where no light arrives.
-bool project(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float facet_height, uint part, uvec2 piece, out TriangleSplat splat) {
+// The splat for `cell` and a piece of the disc. Returns false where no light arrives.
+bool project(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float facet_height, uvec2 piece, out TriangleSplat splat) {
     PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return false;
     if (is_mixed) {
-        // Each piece of the disc has its own shadow, and so has a point of an undivided disc, another one for each triangle.
-        vec2 point = piece.y > 1 ? piece_of(piece.x, piece.y).centre : piece_of(part % MAX_PIECES, MAX_PIECES).centre;
-        if (BEAMS) point = vec2(0.0);
+        // Each piece of the disc has its own shadow.
+        vec2 point = piece.y > 1 ? piece_of(piece.x, piece.y).centre : vec2(0.0);
         vec2 st = place_in(cell, vec2(1.0 / 3.0));
         vec2 low = vec2(receiver.tile_x, receiver.tile_y);
         vec2 middle = (image.corners[0] + image.corners[1] + image.corners[2]) / 3.0;
@@ -325,6 +324,6 @@ void main() {
     cell = cell_of(cell, index % (along * along), along);
     float facet_height = unpackHalf2x16(facet_image_at(place.pair * push.receiver_count + target / push.lobes).height_blur).x;
     TriangleSplat splat;
-    if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, 7 * (index % (along * along)) + 5 * patch_index, piece, splat)) splat.lower = splat.upper = vec2(0.0);
+    if (!project(surface, cell, light, target / push.lobes, eta, is_mixed_of(packed), facet_height, piece, splat)) splat.lower = splat.upper = vec2(0.0);
     triangle_splats[slot] = splat;
 }

@@ -74,8 +74,8 @@ void main() {
     Light light = light_at(light_index);
     Surface surface = surface_toward(triangle, light);
     OutgoingRay rays[2] = OutgoingRay[](leave(surface, light, 0.0, st), leave(surface, light, surface.eta, st));
-    // The points around a corner see several points of the disc, so that they disagree in penumbras.
-    vec2 point = piece_of(quadrant, 4).centre;
+    // Corners see several points of the disc, so that they disagree in penumbras, where the disc is then divided.
+    vec2 point = push.error > 0.0 ? piece_of(quadrant, 4).centre : vec2(0.0);
     LightDisc disc = disc_at(light, position_at(surface, st));
     for (uint word = 0; word < words; word++) visibility[index * words + word] = 0;
     uint arrives = UNKNOWN;
