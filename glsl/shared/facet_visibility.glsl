@@ -19,12 +19,14 @@ uint next_target(uint targets, uint target, uint count) {
     return min(next == 31 ? max(target, 31u) : next, count);
 }
 
-// Whether some target of a word is lit and none is blocked.
-bool is_lit(uint word) {
-    return word != 0 && (word & 0x55555555u) == 0;
-}
-
 // Words of 16 targets for each corner.
 uint words_of_targets() {
     return (push.lobes * push.receiver_count + 15) / 16;
+}
+
+// States of a target at the three corners of a facet.
+uvec3 states_at_corners(Facet facet, uint light_index, uint target) {
+    uvec3 corners = light_index * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2);
+    uvec3 at = corners * words_of_targets() + target / 16;
+    return uvec3(visibility[at.x], visibility[at.y], visibility[at.z]) >> 2 * (target % 16) & 3u;
 }

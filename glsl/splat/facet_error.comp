@@ -19,12 +19,7 @@ layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
 
 // Whether the corners of a facet do not agree on a receiver.
 bool is_mixed(uint pair, uint receiver) {
-    Facet facet = facet_at(pair % push.facet_count);
-    uint words = words_of_targets();
-    uint first = pair / push.facet_count * push.corner_count;
-    uint target = receiver * push.lobes;
-    uvec3 at = (first + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words + target / 16;
-    uvec3 states = uvec3(visibility[at.x], visibility[at.y], visibility[at.z]) >> 2 * (target % 16) & 3u;
+    uvec3 states = states_at_corners(facet_at(pair % push.facet_count), pair / push.facet_count, receiver * push.lobes);
     return any(equal(states, uvec3(BLOCKED))) && any(equal(states, uvec3(LIT)));
 }
 

@@ -18,14 +18,11 @@ void main() {
     uint pair = thread_index();
     if (pair >= push.facet_count * push.light_count) return;
     Facet facet = facet_at(pair % push.facet_count);
-    uint words = words_of_targets();
-    uvec3 corners = (pair / push.facet_count * push.corner_count + uvec3(facet.corner0, facet.corner1, facet.corner2)) * words;
     for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
         uint lit = 0;
         uint blocked = 0;
         for (uint target = receiver * push.lobes; target < (receiver + 1) * push.lobes; target++) {
-            uvec3 at = corners + target / 16;
-            uvec3 states = uvec3(visibility[at.x], visibility[at.y], visibility[at.z]) >> 2 * (target % 16) & 3u;
+            uvec3 states = states_at_corners(facet, pair / push.facet_count, target);
             for (int i = 0; i < 3; i++) {
                 if (states[i] == LIT) lit++;
                 if (states[i] == BLOCKED) blocked++;

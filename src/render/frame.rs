@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! upload ─► pilot ─► number                                                           chains: light of several surfaces
-//!        ─► facet flux ─► count ─► trace ─► count ─► project ─► splat ─► resolve      suns on planar receivers
+//!        ─► facet flux ─► trace ─► count ─► trace ─► count ─► project ─► splat ─► resolve  suns on planar receivers
 //!        ─► trace ─► number ─► emit ─► … ─► finish ─► splat ─► resolve                chains
 //!        ─► sample ─► project ─► compact ─► splat ─► resolve                         mesh receivers, environments
 //! ```

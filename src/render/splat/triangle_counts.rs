@@ -63,7 +63,7 @@ impl Triangles {
         })
     }
 
-    /// Flux of the facets onto each planar receiver in the last frame, W.
+    /// Flux of the facets onto each planar receiver in the last frame, as far as their corners are lit, W.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
