@@ -47,6 +47,44 @@ pub fn read_rgb(path: &Path) -> Result<RgbImage> {
     finite(path, decode_exr(path, content, [MAX_SIDE; 2], PIXEL_BYTES)?)
 }
 
+/// Reads the channels `name.R`, `name.G` and `name.B` of an EXR file, which [`write_exr`] writes as a [`Layer`]; `None` where
+/// it lacks one of them.
+///
+/// # Errors
+/// As [`read_rgb`].
+pub fn read_layer(path: &Path, name: &str) -> Result<Option<RgbImage>> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let damaged = |reason: String| refused(path, &reason, "write the image again");
+    let content = input::read(path, MAX_BYTES)?;
+    check_exr(&content, [MAX_SIDE; 2], PIXEL_BYTES).map_err(damaged)?;
+    let image = (exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level())
+    .all_channels()
+    .first_valid_layer()
+    .all_attributes()
+    .from_buffered(Cursor::new(content))
+    .map_err(|e| damaged(e.to_string()))?;
+    let layer = image.layer_data;
+    let channel = |component: &str| {
+        let name = format!("{name}.{component}");
+        let found =
+            (layer.channel_data.list.iter()).find(|channel| channel.name.to_string() == name);
+        found.map(|channel| channel.sample_data.values_as_f32())
+    };
+    let (Some(r), Some(g), Some(b)) = (channel("R"), channel("G"), channel("B")) else {
+        return Ok(None);
+    };
+    let pixels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
+    let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
+    let image = RgbImage {
+        width,
+        height,
+        pixels,
+    };
+    finite(path, image).map(Some)
+}
+
 /// The image of a file, if all its values are finite.
 ///
 /// # Errors
@@ -295,6 +333,10 @@ mod tests {
         let read = read_rgb(&path).unwrap();
         assert_eq!((read.width, read.height), (5, 3));
         assert_eq!(read.pixels, image.pixels);
+        let layer = read_layer(&path, "error").unwrap().unwrap();
+        assert_eq!((layer.width, layer.height), (5, 3));
+        assert_eq!(layer.pixels, error);
+        assert!(read_layer(&path, "noise").unwrap().is_none());
 
         let all = exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
         let names: Vec<String> = (all.layer_data.channel_data.list.iter())

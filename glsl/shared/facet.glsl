@@ -1,6 +1,8 @@
 // Facets of casters and their images on planar receivers. The including shader declares the buffers `triangles`,
 // `normals` and `objects`, and includes light.glsl, optics.glsl and planar_receiver.glsl.
 
+#include "disc_part.glsl"
+
 // The plane of a facet's triangle, oriented toward a light. Coordinates st are those of the triangle: 0 0, 1 0 and 0 1
 // are its corners.
 struct Surface {
@@ -47,19 +49,31 @@ struct OutgoingRay {
     float margin;    // < 0: no light of this lobe leaves the point
 };
 
+// The part of a light's disc that lights a point of the surface, where the normal is n, and whose light leaves on the side of its lobe.
+DiscPart lit_part(Surface surface, Light light, LightDisc disc, vec3 n, float eta) {
+    // What is reflected is above the surface where what arrives is above the mirror image of its plane. Of both planes, the one that is
+    // nearer to the light cuts its disc. Refracting surfaces have light on both sides.
+    vec3 image = mirrored(surface.facing, n);
+    bool is_nearer = surface.eta != 0.0 || dot(image, disc.direction) < dot(surface.facing, disc.direction);
+    DiscPart part = part_above(light, disc, eta == 0.0 && is_nearer ? image : surface.facing);
+    if (eta != 0.0) part = DiscPart(disc.direction, 1.0, part.along, 1.0, dot(surface.facing, disc.direction));
+    return part;
+}
+
 // The ray that leaves the surface at st. eta = 0: reflected light; otherwise refracted.
 OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
     OutgoingRay ray;
     ray.position = position_at(surface, st);
     vec3 n = normal_at(surface, st);
     LightDisc disc = disc_at(light, ray.position);
-    ray.direction = outgoing_direction(disc.direction, n, eta);
-    float cosine = dot(n, disc.direction);
-    float aside = dot(ray.direction, surface.facing);
-    ray.margin = min(min(cosine, dot(surface.facing, disc.direction)), eta == 0.0 ? aside : -aside);
+    DiscPart part = lit_part(surface, light, disc, n, eta);
+    ray.direction = outgoing_direction(brightest(part, disc, n), n, eta);
+    float cosine = dot(n, part.direction);
+    ray.margin = min(cosine, part.margin);
+    if (eta != 0.0) ray.margin = min(ray.margin, -dot(ray.direction, surface.facing));
     cosine = max(cosine, 0.0);
     vec3 share = reflected_share(surface.object, cosine, surface.eta);
-    ray.irradiance_factor = disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
+    ray.irradiance_factor = part.share * disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
     return ray;
 }
 

@@ -24,7 +24,7 @@ struct CellImage {
 struct CellRays {
     OutgoingRay corners[3];
     OutgoingRay midpoints[3]; // of the sides 01, 12 and 20
-    // Changes of the direction at midpoint 12 along the axes of the light's disc: see light_axes().
+    // Changes of the direction at midpoint 12 along the axes of the part of the light's disc that lights it: see light_axes().
     vec3 change1;
     vec3 change2;
 };
@@ -37,9 +37,10 @@ CellRays rays_of(Surface surface, Cell cell, Light light, float eta) {
     }
     vec3 n = normal_at(surface, place_in(cell, vec2(0.5)));
     LightDisc disc = disc_at(light, rays.midpoints[1].position);
+    DiscPart part = lit_part(surface, light, disc, n, eta);
     light_axes(light, disc, rays.change1, rays.change2);
-    rays.change1 = outgoing_change(disc.direction, n, rays.change1, vec3(0.0), eta);
-    rays.change2 = outgoing_change(disc.direction, n, rays.change2, vec3(0.0), eta);
+    rays.change1 = outgoing_change(part.direction, n, narrowed(part, rays.change1), vec3(0.0), eta);
+    rays.change2 = outgoing_change(part.direction, n, narrowed(part, rays.change2), vec3(0.0), eta);
     return rays;
 }
 

@@ -16,18 +16,19 @@ vec3 ray_start(Surface surface, vec2 st, vec3 to) {
     return position_at(surface, st) + (dot(n, to) < 0.0 ? -offset : offset) * n;
 }
 
-// Change of the light's direction from the centre of its disc to a point of it, which is in units of the disc's radius.
-vec3 change_to(Light light, LightDisc disc, vec2 point) {
+// Change of the light's direction from the centroid of the part of its disc to a point of it, which is in units of the disc's radius.
+vec3 change_to(Light light, LightDisc disc, DiscPart part, vec2 point) {
     vec3 a, b;
     light_axes(light, disc, a, b);
-    return 2.0 * (point.x * a + point.y * b);
+    return 2.0 * narrowed(part, point.x * a + point.y * b);
 }
 
-// Whether light from a point of the disc arrives.
-bool light_arrives(Surface surface, Light light, vec2 st, vec2 point) {
+// Whether light of a lobe arrives from a point of the part of the disc that lights st.
+bool light_arrives(Surface surface, Light light, float eta, vec2 st, vec2 point) {
     vec3 x = position_at(surface, st);
     LightDisc disc = disc_at(light, x);
-    vec3 s = normalize(disc.direction + change_to(light, disc, point));
+    DiscPart part = lit_part(surface, light, disc, normal_at(surface, st), eta);
+    vec3 s = normalize(part.direction + change_to(light, disc, part, point));
     return !occluded(ray_start(surface, st, s), s, distance_to_light(light, x, s), surface.triangle);
 }
 

@@ -276,7 +276,7 @@ bool project(Surface surface, Cell cell, Light light, uint index, float eta, boo
         vec2 middle = (image.corners[0] + image.corners[1] + image.corners[2]) / 3.0;
         middle = moved_aside(middle, image.midpoints[1], image.slant, 2.0 * image.of_light * point);
         vec2 texel = clamp(middle, low, low + vec2(receiver.width, receiver.height));
-        if (!light_arrives(surface, light, st, point) || !light_leaves(surface, st, receiver, texel)) return false;
+        if (!light_arrives(surface, light, eta, st, point) || !light_leaves(surface, st, receiver, texel)) return false;
     }
     take_piece(image, piece.x, piece.y);
     float height = height_of(image);

@@ -89,9 +89,11 @@ void main() {
             Landing landing = land(surface, rays[lobe], receiver);
             if (landing.margin >= 0.0 && is_inside(receiver, landing.texel)) {
                 float eta = lobe == 0 ? 0.0 : surface.eta;
-                vec3 change = outgoing_change(disc.direction, normal_at(surface, st), change_to(light, disc, point), vec3(0.0), eta);
+                vec3 n = normal_at(surface, st);
+                DiscPart part = lit_part(surface, light, disc, n, eta);
+                vec3 change = outgoing_change(part.direction, n, change_to(light, disc, part, point), vec3(0.0), eta);
                 vec2 aside = landing_change(receiver, rays[lobe].direction, landing.distance_ * change);
-                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, st, point) ? LIT : BLOCKED;
+                if (arrives == UNKNOWN) arrives = light_arrives(surface, light, eta, st, point) ? LIT : BLOCKED;
                 state = arrives == LIT && light_leaves(surface, st, receiver, landing.texel + aside) ? LIT : BLOCKED;
             }
         }

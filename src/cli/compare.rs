@@ -1,12 +1,12 @@
 //! `nephroid compare`: errors of an image or a sequence.
 
-use super::files::{exposure_of, has_extension};
+use super::files::{STANDARD_ERROR, exposure_of, has_extension};
 use super::terminal::{log_some, print, print_json};
 use clap::Args;
-use nephroid::image_file::{read_comment, read_rgb};
+use nephroid::image_file::{read_comment, read_layer, read_rgb};
 use nephroid::measure::{
     Comparison, Flip, PIXELS_PER_DEGREE, SequenceComparison, SequenceMeter, TargetComparison,
-    compare, compare_with_target, flip, read_target,
+    compare, compare_with_target, flip, l1_without_noise_of, read_target,
 };
 use nephroid::{Error, Result};
 use serde::Serialize;
@@ -18,6 +18,9 @@ use std::path::{Path, PathBuf};
 /// L1 = Σ|A − B| / ΣB, L2 = √(Σ(A − B)² / ΣB²) and energy ratio = ΣA / ΣB, over all pixels and the
 /// channels R, G, B. In folders, frames with equal names are compared in the order of their
 /// names. Flicker = mean |ΔA − ΔB| / mean B, where Δ is the change from one frame to the next.
+///
+/// The files of `reference` hold the standard error of every value. Against them, L1 is also printed without the reference's noise, which
+/// adds to it.
 ///
 /// For views also FLIP, 0 to 1: the difference that a viewer sees who flips between both pictures, tone-mapped as `render`
 /// does with the scene's exposure, on a display of 67 pixels a degree. Views are files that `render` and `reference
@@ -59,6 +62,9 @@ const MAX_EXPOSURE: f64 = 64.0;
 struct Report {
     #[serde(flatten)]
     comparison: Comparison,
+    /// L1 without the noise of the reference, where its file says how much noise it has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    l1_without_noise: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     flip: Option<Flip>,
 }
@@ -108,6 +114,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let [image_a, image_b] = [read_rgb(a)?, read_rgb(b)?];
         let report = Report {
             comparison: compare(&image_a, &image_b)?,
+            l1_without_noise: (read_layer(b, STANDARD_ERROR)?)
+                .and_then(|error| l1_without_noise_of(&image_a, &image_b, &error.pixels)),
             flip: (exposure_for(arguments.exposure, [a, b]))
                 .map(|exposure| flip(&image_a, &image_b, exposure))
                 .transpose()?,
@@ -213,10 +221,20 @@ fn errors(l1: Option<f64>, l2: Option<f64>, energy_ratio: Option<f64>) -> String
 }
 
 fn describe(report: &Report) -> String {
-    let Report { comparison, flip } = report;
+    let Report {
+        comparison,
+        l1_without_noise,
+        flip,
+    } = report;
     let worst = &comparison.worst;
+    let without_noise = l1_without_noise.map_or(String::new(), |l1| {
+        format!(
+            "\n  of it       {} without the reference's noise",
+            percent(Some(l1))
+        )
+    });
     format!(
-        "{}\nworst pixel   ({}, {}): {:?}, reference {:?}{}",
+        "{}{without_noise}\nworst pixel   ({}, {}): {:?}, reference {:?}{}",
         errors(comparison.l1, comparison.l2, comparison.energy_ratio),
         worst.column,
         worst.row,

@@ -17,6 +17,9 @@ pub struct Files {
     pub output: PathBuf,
 }
 
+/// Layer of a reference's file with the standard error of each of its values.
+pub const STANDARD_ERROR: &str = "error";
+
 /// Files of a command that writes the light map of one receiver, as EXR.
 #[derive(Args)]
 pub struct MapFiles {

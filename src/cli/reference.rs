@@ -1,6 +1,6 @@
 //! `nephroid reference`: ground truth on the CPU.
 
-use super::files::{MapFiles, load_scene, lossy, radiance_comment};
+use super::files::{MapFiles, STANDARD_ERROR, load_scene, lossy, radiance_comment};
 use super::light_map_size::LightMapSize;
 use super::render::picture_size;
 use super::signals::cancelled;
@@ -209,7 +209,7 @@ fn make(
         );
     }
     let error = Layer {
-        name: "error",
+        name: STANDARD_ERROR,
         pixels: &standard_error,
     };
     let comment = format!(

@@ -16,7 +16,7 @@ pub use aim::Aim;
 pub use compare::{Comparison, SequenceComparison, SequenceMeter, Texel, compare};
 pub use flip::{Flip, FlipPixel, PIXELS_PER_DEGREE, Region, flip};
 pub use light_map_sizes::{ChosenLightMap, choose_light_maps};
-pub use noise::l1_without_noise;
+pub use noise::{l1_without_noise, l1_without_noise_of};
 pub use profile::{PassProfile, Spread, profile};
 pub use target::{TargetComparison, compare_with_target, read_target};
 

@@ -1,7 +1,7 @@
 //! The noise of a reference in the error of an image, which makes it appear larger than it is.
 
 use crate::image_file::RgbImage;
-use crate::reference::{REPLICATES, Reference};
+use crate::reference::{REPLICATES, Reference, to_f32};
 
 /// From this many standard errors on, the magnitude of a difference has the mean that it has without noise, and half the bins up to
 /// there for one standard error.
@@ -20,12 +20,30 @@ const ITERATIONS: u32 = 300;
 /// differences is found that, with noise added, makes the measured differences most likely (nonparametric maximum likelihood, Kiefer
 /// and Wolfowitz 1956, by expectation maximisation, Laird 1978). The result is the mean magnitude of that distribution.
 pub fn l1_without_noise(image: &RgbImage, reference: &Reference) -> Option<f64> {
-    let truth = reference.irradiance.as_flattened();
-    let errors = reference.standard_error.as_flattened();
+    l1_without_noise_of(
+        image,
+        &reference.image(),
+        &to_f32(&reference.standard_error),
+    )
+}
+
+/// [`l1_without_noise`] for a reference and the standard error of each of its values, as its file holds them.
+///
+/// # Panics
+/// If the three differ in their number of pixels.
+pub fn l1_without_noise_of(
+    image: &RgbImage,
+    reference: &RgbImage,
+    standard_error: &[[f32; 3]],
+) -> Option<f64> {
+    assert_eq!(image.pixels.len(), reference.pixels.len());
+    assert_eq!(image.pixels.len(), standard_error.len());
+    let truth = reference.pixels.as_flattened();
+    let errors = standard_error.as_flattened();
     let differences = (image.pixels.as_flattened().iter().zip(truth))
-        .map(|(&a, b)| f64::from(a) - b)
-        .zip(errors.iter().copied());
-    let light: f64 = truth.iter().sum();
+        .map(|(&a, &b)| f64::from(a) - f64::from(b))
+        .zip(errors.iter().copied().map(f64::from));
+    let light: f64 = truth.iter().copied().map(f64::from).sum();
     (light > 0.0).then(|| sum_of_magnitudes(differences) / light)
 }
 
