@@ -4,8 +4,9 @@ use crate::common::{Device, assert_error, l1, load, object_mut, shifted_by_a_tex
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
 use nephroid::render::Settings;
-use nephroid::scene::{Geometry, LightKind, MaterialKind, Rect, Scene};
+use nephroid::scene::{Geometry, LightKind, MaterialKind, Mesh, Rect, Scene};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const TEXELS: [u32; 2] = [80, 160];
 /// Parts of a side of a texel and of the mirror for the integral.
@@ -43,8 +44,13 @@ fn parts() -> impl Iterator<Item = [f64; 2]> {
 
 /// E = ∫ F L cos θ cos θ′ / d² over the points of the mirror that show the sun, of radiance L = E☉ / (π sin² α).
 fn exact(scene: &Scene) -> RgbImage {
-    let rect = |name| crate::common::rect(scene, name);
-    let (mirror, floor) = (rect("mirror"), rect("floor"));
+    exact_for(scene, &crate::common::rect(scene, "mirror"), DVec3::Z)
+}
+
+/// The same for a mirror with the interpolated normal n everywhere, which shows light only if it comes and goes before its plane.
+fn exact_for(scene: &Scene, mirror: &Rect, n: DVec3) -> RgbImage {
+    let floor = crate::common::rect(scene, "floor");
+    let plane = mirror.edge_u.cross(mirror.edge_v).normalize();
     let LightKind::Sun {
         direction,
         angular_radius,
@@ -60,11 +66,12 @@ fn exact(scene: &Scene) -> RgbImage {
     let at = |place: &Rect, [u, v]: [f64; 2]| place.origin + u * place.edge_u + v * place.edge_v;
     let irradiance = |y: DVec3| -> f64 {
         let of = |part| {
-            let x = at(&mirror, part);
+            let x = at(mirror, part);
             let outgoing = (y - x).normalize();
-            let incoming = DVec3::new(-outgoing.x, -outgoing.y, outgoing.z);
-            let shows = incoming.dot(direction) > angular_radius.cos();
-            let cosines = -outgoing.y * outgoing.z;
+            let incoming = 2.0 * n.dot(outgoing) * n - outgoing;
+            let is_before = incoming.dot(plane) > 0.0 && outgoing.dot(plane) > 0.0;
+            let shows = is_before && incoming.dot(direction) > angular_radius.cos();
+            let cosines = -outgoing.y * n.dot(outgoing);
             if shows {
                 radiance * cosines / y.distance_squared(x)
             } else {
@@ -145,4 +152,95 @@ fn landings_of_chains_are_drawn_in_perspective() {
         }
     }
     assert_in_perspective(scene_with_chain(), &truth);
+}
+
+/// Flux that a mirror with the interpolated normal n reflects, in red, W: F A ∫ L n·ω dω over the part of the disc whose light comes and
+/// goes before the mirror's plane.
+fn reflected(scene: &Scene, mirror: &Rect, n: DVec3) -> f64 {
+    const RINGS: u32 = 400;
+    let LightKind::Sun {
+        direction,
+        angular_radius,
+        ..
+    } = scene.lights[0].kind
+    else {
+        panic!("a sun")
+    };
+    let MaterialKind::Mirror { reflectance } = scene.materials[0].kind else {
+        panic!("a mirror")
+    };
+    let plane = mirror.edge_u.cross(mirror.edge_v).normalize();
+    let (u, v) = direction.any_orthonormal_pair();
+    let mut sum = 0.0;
+    // Rings of equal solid angle, in equal parts.
+    for i in 0..RINGS * RINGS {
+        let [ring, part] = [i / RINGS, i % RINGS].map(|k| (f64::from(k) + 0.5) / f64::from(RINGS));
+        let cosine = 1.0 - ring * (1.0 - angular_radius.cos());
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let (y, x) = (2.0 * PI * part).sin_cos();
+        let s = cosine * direction + sine * (x * u + y * v);
+        let outgoing = 2.0 * n.dot(s) * n - s;
+        if s.dot(plane) > 0.0 && outgoing.dot(plane) > 0.0 {
+            sum += n.dot(s);
+        }
+    }
+    let solid_angle = 2.0 * PI * (1.0 - angular_radius.cos());
+    let radiance = 1.0 / (PI * angular_radius.sin().powi(2));
+    let mean = sum / f64::from(RINGS * RINGS);
+    reflectance.x * mirror.area() * radiance * solid_angle * mean
+}
+
+/// The plane of a mirror whose interpolated normal is tilted cuts the sun's disc, or its mirror image. Without the cut, the mirror shows
+/// the whole disc or nothing of it: an L1 of 0.3 to 1.
+#[test]
+fn the_plane_of_a_facet_cuts_the_disc() {
+    let device = Device::open();
+    let mirror = Rect {
+        origin: DVec3::new(-0.03, 0.27, 0.0),
+        edge_u: 0.06 * DVec3::X,
+        edge_v: 0.06 * DVec3::Y,
+    };
+    let in_plane = |degrees: f64| {
+        let angle = degrees.to_radians();
+        DVec3::new(0.0, angle.cos(), angle.sin())
+    };
+    // Degrees of the normal above the horizon, and those of the sun before the plane: what it sends on descends at about 30°, or
+    // straight down along the plane.
+    for (tilt, before) in [(30.0, -1.0), (30.0, 1.0), (-30.0, 61.0), (-30.0, 59.0)] {
+        let n = in_plane(90.0 - tilt);
+        let mut scene = scene();
+        if let LightKind::Sun { direction, .. } = &mut scene.lights[0].kind {
+            *direction = in_plane(before);
+        }
+        let corner = |u, v| mirror.origin + u * mirror.edge_u + v * mirror.edge_v;
+        object_mut(&mut scene, "mirror").geometry = Geometry::Mesh(Arc::new(Mesh {
+            positions: vec![
+                corner(0., 0.),
+                corner(1., 0.),
+                corner(1., 1.),
+                corner(0., 1.),
+            ],
+            normals: vec![n; 4],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        }));
+        object_mut(&mut scene, "floor").geometry = Geometry::Rect(Rect {
+            origin: DVec3::new(-0.5, 0.0, 1.2),
+            edge_u: DVec3::X,
+            edge_v: -1.5 * DVec3::Z,
+        });
+        let truth = exact_for(&scene, &mirror, n);
+        let settings = Settings {
+            error: Some(0.02),
+            ..Settings::default()
+        };
+        let map = device.caustic(&scene, "floor", &settings);
+        let texel = 1.5 / f64::from(TEXELS[0] * TEXELS[1]);
+        let energy = sum(&map) * texel / reflected(&scene, &mirror, n) - 1.0;
+        println!("{tilt}° {before}°: energy {energy:.5}");
+        assert!(energy.abs() < 0.002, "{tilt}° {before}°: energy {energy}");
+        // The image is that of a part of a disc, for which a parallelogram of the same moments stands.
+        let moved = device.caustic(&shifted_by_a_texel(scene, "floor"), "floor", &settings);
+        assert_error("L1", 0.25, l1(&map, &truth), l1(&moved, &truth));
+    }
 }
