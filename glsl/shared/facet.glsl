@@ -45,6 +45,7 @@ vec3 normal_at(Surface surface, vec2 st) {
 struct OutgoingRay {
     vec3 position;
     vec3 direction;  // unit; 0 where all light is reflected totally
+    float radius;    // angular radius of the disc that is reflected; 0 where light is refracted
     vec3 irradiance_factor; // irradiance of the surface over Light.power, times the lobe's share
     float margin;    // < 0: no light of this lobe leaves the point
 };
@@ -55,7 +56,7 @@ DiscPart lit_part(Surface surface, Light light, LightDisc disc, vec3 n, float et
     // nearer to the light cuts its disc. Refracting surfaces have light on both sides.
     vec3 image = mirrored(surface.facing, n);
     bool is_nearer = surface.eta != 0.0 || dot(image, disc.direction) < dot(surface.facing, disc.direction);
-    DiscPart part = part_above(light, disc, eta == 0.0 && is_nearer ? image : surface.facing);
+    DiscPart part = part_above(disc.direction, radius_of(light, disc), eta == 0.0 && is_nearer ? image : surface.facing, 0.0);
     if (eta != 0.0) part = DiscPart(disc.direction, 1.0, part.along, 1.0, dot(surface.facing, disc.direction));
     return part;
 }
@@ -67,6 +68,7 @@ OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
     vec3 n = normal_at(surface, st);
     LightDisc disc = disc_at(light, ray.position);
     DiscPart part = lit_part(surface, light, disc, n, eta);
+    ray.radius = eta == 0.0 ? radius_of(light, disc) : 0.0;
     ray.direction = outgoing_direction(brightest(part, disc, n), n, eta);
     float cosine = dot(n, part.direction);
     ray.margin = min(cosine, part.margin);
@@ -82,6 +84,7 @@ struct Landing {
     vec2 texel;      // on the receiver's plane, in the light-map image; beyond reach where `margin` < 0
     float margin;    // < 0: no light of this lobe leaves the point for the receiver's front
     float distance_; // to the receiver's plane, m
+    DiscPart part;   // of the light's disc that may land on the receiver
 };
 
 // Distance from x beyond which a point of the receiver's plane is certainly outside the receiver, m.
@@ -96,11 +99,12 @@ Landing land(Surface surface, OutgoingRay ray, PlanarReceiver receiver) {
     // A point on the receiver itself counts as above it, whatever the rounding.
     float slack = 1e-5 * (length(surface.edge1) + length(surface.edge2));
     // Flatter rays leave the receiver's rectangle before they meet its plane.
-    float steepness = -dot(ray.direction, receiver.normal);
     float flattest = max(height, slack) / reach_of(receiver, ray.position);
-    landing.margin = min(ray.margin, min(height + slack, steepness - flattest));
+    landing.part = part_above(ray.direction, ray.radius, -receiver.normal, flattest);
+    float steepness = -dot(landing.part.direction, receiver.normal);
+    landing.margin = min(ray.margin, min(height + slack, landing.part.margin));
     landing.distance_ = max(height, 0.0) / max(steepness, flattest);
-    vec3 direction = ray.direction + max(flattest - steepness, 0.0) * -receiver.normal;
+    vec3 direction = landing.part.direction + max(flattest - steepness, 0.0) * -receiver.normal;
     landing.texel = to_texels(receiver, ray.position + landing.distance_ * direction);
     return landing;
 }

@@ -67,7 +67,7 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
         OutgoingRay ray = rays.corners[i];
         Landing landing = land(surface, ray, receiver);
         bool lands = landing.margin >= 0.0;
-        vec3 irradiance_factor = lands ? ray.irradiance_factor : vec3(0.0);
+        vec3 irradiance_factor = lands ? landing.part.share * ray.irradiance_factor : vec3(0.0);
         image.corners[i] = landing.texel;
         image.margins[i] = landing.margin;
         image.density[i] = dot(irradiance_factor, vec3(1.0));
@@ -77,13 +77,14 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
         Landing middle_landing = land(surface, middle, receiver);
         bool middle_lands = middle_landing.margin >= 0.0;
         image.midpoints[i] = middle_landing.texel;
-        at_midpoints += middle_lands ? middle.irradiance_factor : vec3(0.0);
+        at_midpoints += middle_lands ? middle_landing.part.share * middle.irradiance_factor : vec3(0.0);
         image.is_whole = image.is_whole && lands && middle_lands;
         some = some || lands || middle_lands;
         if (i == 1) {
-            image.of_light = mat2(landing_change(receiver, middle.direction, middle_landing.distance_ * rays.change1),
-                landing_change(receiver, middle.direction, middle_landing.distance_ * rays.change2));
-            image.slant = slant_of(receiver, middle.direction, middle_landing.distance_);
+            DiscPart part = middle_landing.part;
+            image.of_light = mat2(landing_change(receiver, part.direction, middle_landing.distance_ * narrowed(part, rays.change1)),
+                landing_change(receiver, part.direction, middle_landing.distance_ * narrowed(part, rays.change2)));
+            image.slant = slant_of(receiver, part.direction, middle_landing.distance_);
         }
     }
     if (BEAMS) image.of_light = mat2(0.0);

@@ -68,7 +68,8 @@ void main() {
     Surface surface = surface_toward(facet.triangle, light);
     Cell cell = facet_cell(facet);
     // The back of a surface that only reflects is dark.
-    bool is_lit = surface.eta != 0.0 || part_above(light, disc_at(light, surface.position), surface.facing).margin > 0.0;
+    LightDisc disc = disc_at(light, surface.position);
+    bool is_lit = surface.eta != 0.0 || dot(surface.facing, disc.direction) + radius_of(light, disc) > 0.0;
     uint targets = 0;
     CellRays reflected = rays_of(surface, cell, light, 0.0);
     CellRays refracted;

@@ -92,7 +92,7 @@ void main() {
                 vec3 n = normal_at(surface, st);
                 DiscPart part = lit_part(surface, light, disc, n, eta);
                 vec3 change = outgoing_change(part.direction, n, change_to(light, disc, part, point), vec3(0.0), eta);
-                vec2 aside = landing_change(receiver, rays[lobe].direction, landing.distance_ * change);
+                vec2 aside = landing_change(receiver, landing.part.direction, landing.distance_ * narrowed(landing.part, change));
                 if (arrives == UNKNOWN) arrives = light_arrives(surface, light, eta, st, point) ? LIT : BLOCKED;
                 state = arrives == LIT && light_leaves(surface, st, receiver, landing.texel + aside) ? LIT : BLOCKED;
             }
