@@ -1,4 +1,4 @@
-// The part of a disc of directions that is above a plane. The including shader includes light.glsl.
+// The part of a disc of directions that is above a plane. The including shader declares BEAMS and includes light.glsl.
 
 struct DiscPart {
     vec3 direction;  // unit, to the part's centroid
@@ -8,8 +8,9 @@ struct DiscPart {
     float margin;    // < 0: no part is above the plane
 };
 
-// Angular radius of the disc that planes cut. Parts of a sky, which are many, count by their centres.
+// Angular radius of the disc that planes cut. Parts of a sky, which are many, and the lights of beams count by their centres.
 float radius_of(Light light, LightDisc disc) {
+    if (BEAMS) return 0.0;
     return light.half_azimuth > 0.0 ? 0.0 : disc.angular_radius;
 }
 
@@ -42,8 +43,9 @@ vec3 narrowed(DiscPart part, vec3 change) {
 
 // Toward the centroid of the irradiance that the part causes on a surface of the normal n. Irradiance is in proportion to the cosine: its
 // centroid is beyond that of the part by the part's covariance times the change of the cosine, over the cosine.
-vec3 brightest(DiscPart part, LightDisc disc, vec3 n) {
-    float deviation = 0.5 * disc.angular_radius;
+vec3 brightest(DiscPart part, float radius, vec3 n) {
+    if (radius == 0.0) return part.direction;
+    float deviation = 0.5 * radius;
     float cosine = max(dot(n, part.direction), deviation);
     vec3 change = n - dot(n, part.direction) * part.direction;
     return normalize(part.direction + deviation * deviation / cosine * narrowed(part, narrowed(part, change)));

@@ -1,6 +1,9 @@
 // Facets of casters and their images on planar receivers. The including shader declares the buffers `triangles`,
 // `normals` and `objects`, and includes light.glsl, optics.glsl and planar_receiver.glsl.
 
+// The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
+layout(constant_id = ID_BEAMS) const bool BEAMS = false;
+
 #include "disc_part.glsl"
 
 // The plane of a facet's triangle, oriented toward a light. Coordinates st are those of the triangle: 0 0, 1 0 and 0 1
@@ -69,7 +72,7 @@ OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
     LightDisc disc = disc_at(light, ray.position);
     DiscPart part = lit_part(surface, light, disc, n, eta);
     ray.radius = eta == 0.0 ? radius_of(light, disc) : 0.0;
-    ray.direction = outgoing_direction(brightest(part, disc, n), n, eta);
+    ray.direction = outgoing_direction(brightest(part, radius_of(light, disc), n), n, eta);
     float cosine = dot(n, part.direction);
     ray.margin = min(cosine, part.margin);
     if (eta != 0.0) ray.margin = min(ray.margin, -dot(ray.direction, surface.facing));

@@ -4,9 +4,6 @@
 #include "light_axes.glsl"
 #include "perspective.glsl"
 
-// The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
-layout(constant_id = ID_BEAMS) const bool BEAMS = false;
-
 struct CellImage {
     vec2 corners[3];   // texels
     vec2 midpoints[3]; // of the sides 01, 12 and 20
