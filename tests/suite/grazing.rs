@@ -222,7 +222,6 @@ fn the_plane_of_a_facet_cuts_the_disc() {
             ],
             normals: vec![n; 4],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
-            ..Mesh::default()
         }));
         object_mut(&mut scene, "floor").geometry = Geometry::Rect(Rect {
             origin: DVec3::new(-0.5, 0.0, 1.2),
