@@ -14,6 +14,10 @@ layout(std430, binding = 2) readonly buffer ChainErrors { vec2 chain_errors[]; }
 #include "error_model.glsl"
 #include "outline_error.glsl"
 
+// Factor by which facets are divided more finely where shadows of undivided ones leave at least this error.
+const float MOST_HIDDEN = 4.0;
+const float MANY_SHADOWS = 1.0 / 32.0;
+
 shared vec4 sums[SHARE_LEVELS];
 
 // Error at a level that may lie between two whole ones.
@@ -62,7 +66,7 @@ void main() {
             chosen -= clamp((log2(aim) - here) / max(before - here, 1e-6), 0.0, 1.0);
         }
         // The more facets are mixed, the more may be so although their corners agree: they are divided, and looked at within.
-        float hidden = 1.0 + 3.0 * min(32.0 * sums[0].y, 1.0);
+        float hidden = 1.0 + (MOST_HIDDEN - 1.0) * min(sums[0].y / MANY_SHADOWS, 1.0);
         chosen = max(chosen, min(log2(FIRST_SHARE * hidden * MIN_PATCHES_PER_ERROR / push.error), finest));
     }
     ReceiverShare share = shares[receiver];
