@@ -46,7 +46,7 @@ vec3 narrowed(DiscPart part, vec3 change) {
 vec3 brightest(DiscPart part, float radius, vec3 n) {
     if (radius == 0.0) return part.direction;
     float deviation = 0.5 * radius;
-    float cosine = max(dot(n, part.direction), deviation);
-    vec3 change = n - dot(n, part.direction) * part.direction;
-    return normalize(part.direction + deviation * deviation / cosine * narrowed(part, narrowed(part, change)));
+    float cosine = dot(n, part.direction);
+    vec3 change = n - cosine * part.direction;
+    return normalize(part.direction + deviation * deviation / max(cosine, deviation) * narrowed(part, narrowed(part, change)));
 }

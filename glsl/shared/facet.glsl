@@ -55,13 +55,12 @@ struct OutgoingRay {
 
 // The part of a light's disc that lights a point of the surface, where the normal is n, and whose light leaves on the side of its lobe.
 DiscPart lit_part(Surface surface, Light light, LightDisc disc, vec3 n, float eta) {
+    if (eta != 0.0) return part_above(disc.direction, 0.0, surface.facing, 0.0);
     // What is reflected is above the surface where what arrives is above the mirror image of its plane. Of both planes, the one that is
     // nearer to the light cuts its disc. Refracting surfaces have light on both sides.
     vec3 image = mirrored(surface.facing, n);
     bool is_nearer = surface.eta != 0.0 || dot(image, disc.direction) < dot(surface.facing, disc.direction);
-    DiscPart part = part_above(disc.direction, radius_of(light, disc), eta == 0.0 && is_nearer ? image : surface.facing, 0.0);
-    if (eta != 0.0) part = DiscPart(disc.direction, 1.0, part.along, 1.0, dot(surface.facing, disc.direction));
-    return part;
+    return part_above(disc.direction, radius_of(light, disc), is_nearer ? image : surface.facing, 0.0);
 }
 
 // The ray that leaves the surface at st. eta = 0: reflected light; otherwise refracted.
@@ -87,7 +86,7 @@ struct Landing {
     vec2 texel;      // on the receiver's plane, in the light-map image; beyond reach where `margin` < 0
     float margin;    // < 0: no light of this lobe leaves the point for the receiver's front
     float distance_; // to the receiver's plane, m
-    DiscPart part;   // of the light's disc that may land on the receiver
+    DiscPart part;   // of the disc that leaves the surface: what may land on the receiver
 };
 
 // Distance from x beyond which a point of the receiver's plane is certainly outside the receiver, m.

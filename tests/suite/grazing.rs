@@ -42,6 +42,30 @@ fn parts() -> impl Iterator<Item = [f64; 2]> {
     (0..PARTS * PARTS).map(move |i| [middle(i % PARTS), middle(i / PARTS)])
 }
 
+/// Direction and angular radius of the scene's sun.
+fn sun(scene: &Scene) -> (DVec3, f64) {
+    match scene.lights[0].kind {
+        LightKind::Sun {
+            direction,
+            angular_radius,
+            ..
+        } => (direction, angular_radius),
+        _ => panic!("a sun"),
+    }
+}
+
+/// Radiance of a sun that irradiates a plane that faces it by 1 W/m².
+fn radiance(angular_radius: f64) -> f64 {
+    1.0 / (PI * angular_radius.sin().powi(2))
+}
+
+fn reflectance(scene: &Scene) -> DVec3 {
+    match scene.materials[0].kind {
+        MaterialKind::Mirror { reflectance } => reflectance,
+        _ => panic!("a mirror"),
+    }
+}
+
 /// E = ∫ F L cos θ cos θ′ / d² over the points of the mirror that show the sun, of radiance L = E☉ / (π sin² α).
 fn exact(scene: &Scene) -> RgbImage {
     exact_for(scene, &crate::common::rect(scene, "mirror"), DVec3::Z)
@@ -51,18 +75,8 @@ fn exact(scene: &Scene) -> RgbImage {
 fn exact_for(scene: &Scene, mirror: &Rect, n: DVec3) -> RgbImage {
     let floor = crate::common::rect(scene, "floor");
     let plane = mirror.edge_u.cross(mirror.edge_v).normalize();
-    let LightKind::Sun {
-        direction,
-        angular_radius,
-        ..
-    } = scene.lights[0].kind
-    else {
-        panic!("a sun")
-    };
-    let MaterialKind::Mirror { reflectance } = scene.materials[0].kind else {
-        panic!("a mirror")
-    };
-    let radiance = 1.0 / (PI * angular_radius.sin().powi(2));
+    let (direction, angular_radius) = sun(scene);
+    let radiance = radiance(angular_radius);
     let at = |place: &Rect, [u, v]: [f64; 2]| place.origin + u * place.edge_u + v * place.edge_v;
     let irradiance = |y: DVec3| -> f64 {
         let of = |part| {
@@ -89,7 +103,7 @@ fn exact_for(scene: &Scene, mirror: &Rect, n: DVec3) -> RgbImage {
                 irradiance(at(&floor, [u, v]))
             })
             .sum();
-        (reflectance * (sum / (PARTS * PARTS) as f64))
+        (reflectance(scene) * (sum / (PARTS * PARTS) as f64))
             .as_vec3()
             .to_array()
     };
@@ -143,11 +157,8 @@ fn scene_with_chain() -> Scene {
 #[test]
 fn landings_of_chains_are_drawn_in_perspective() {
     let mut truth = exact(&scene());
-    let MaterialKind::Mirror { reflectance } = scene().materials[0].kind else {
-        panic!("a mirror")
-    };
     for pixel in &mut truth.pixels {
-        for (channel, reflectance) in pixel.iter_mut().zip(reflectance.to_array()) {
+        for (channel, reflectance) in pixel.iter_mut().zip(reflectance(&scene()).to_array()) {
             *channel *= reflectance as f32;
         }
     }
@@ -158,17 +169,7 @@ fn landings_of_chains_are_drawn_in_perspective() {
 /// goes before the mirror's plane.
 fn reflected(scene: &Scene, mirror: &Rect, n: DVec3) -> f64 {
     const RINGS: u32 = 400;
-    let LightKind::Sun {
-        direction,
-        angular_radius,
-        ..
-    } = scene.lights[0].kind
-    else {
-        panic!("a sun")
-    };
-    let MaterialKind::Mirror { reflectance } = scene.materials[0].kind else {
-        panic!("a mirror")
-    };
+    let (direction, angular_radius) = sun(scene);
     let plane = mirror.edge_u.cross(mirror.edge_v).normalize();
     let (u, v) = direction.any_orthonormal_pair();
     let mut sum = 0.0;
@@ -185,9 +186,9 @@ fn reflected(scene: &Scene, mirror: &Rect, n: DVec3) -> f64 {
         }
     }
     let solid_angle = 2.0 * PI * (1.0 - angular_radius.cos());
-    let radiance = 1.0 / (PI * angular_radius.sin().powi(2));
+    let radiance = radiance(angular_radius);
     let mean = sum / f64::from(RINGS * RINGS);
-    reflectance.x * mirror.area() * radiance * solid_angle * mean
+    reflectance(scene).x * mirror.area() * radiance * solid_angle * mean
 }
 
 /// The plane of a mirror whose interpolated normal is tilted cuts the sun's disc, or its mirror image. Without the cut, the mirror shows
