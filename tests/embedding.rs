@@ -16,11 +16,19 @@ use nephroid::render::{Frame, Renderer, ViewFrame};
 use nephroid::scene::{Geometry, Scene};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+/// Held by each test: the layers' map of devices has no lock ([`common::Device::open`]), and these tests make devices of hosts.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// 120 frames of a spinning ring, two in flight, under all checks of the validation layers.
 #[test]
 fn a_host_gets_the_bits_of_the_blocking_calls() {
+    let _alone = alone();
     const FRAMES: u32 = 120;
     // A simple ring and few texels: the checks make shaders slow.
     let mut still = common::with_texels(host::scene().unwrap(), "floor", [64, 64]);
@@ -59,6 +67,7 @@ fn a_host_gets_the_bits_of_the_blocking_calls() {
 /// What a device lacks is named.
 #[test]
 fn an_unsuitable_device_of_a_host_is_refused() {
+    let _alone = alone();
     host::with_external(|external| {
         let refused = |change: &dyn Fn(&mut External), part: &str| {
             let mut external = external();
@@ -91,6 +100,7 @@ fn an_unsuitable_device_of_a_host_is_refused() {
 /// Blocking calls and command buffers that are none, on the device of a host; scenes that change kind.
 #[test]
 fn a_frame_that_cannot_be_recorded_is_refused_before_it_is_begun() {
+    let _alone = alone();
     let scene = only_receiver(common::load("mirror.toml"), "floor", [32, 32]);
     host::with_external(|external| {
         // SAFETY: the host outlives the context.
@@ -138,6 +148,7 @@ fn a_frame_that_cannot_be_recorded_is_refused_before_it_is_begun() {
 /// The light that a point low on a mirror reflects is where the tile's transform says, and not the other way up.
 #[test]
 fn the_transform_of_a_tile_finds_the_light() {
+    let _alone = alone();
     let scene = only_receiver(common::load("mirror.toml"), "floor", [64, 64]);
     let [mirror, floor] = ["mirror", "floor"].map(|name| common::rect(&scene, name));
     let low = mirror.origin + 0.5 * mirror.edge_u + 0.05 * mirror.edge_v;
@@ -202,6 +213,7 @@ static ALLOCATOR: Counting = Counting;
 /// Of a scene that stands still, with lights and an environment, receivers of both kinds, direct light, and chains.
 #[test]
 fn recording_a_still_scene_allocates_nothing() {
+    let _alone = alone();
     for name in ["globe.toml", "pool_sky.toml", "tumbler.toml"] {
         let scene = common::load_with_chains(name);
         host::with_commands(|external, commands| {

@@ -4,17 +4,19 @@
 
 pub mod accuracy;
 pub mod closed_forms;
+mod device;
 pub mod folder;
 pub mod glass;
 pub mod run;
 
+pub use device::Device;
+
 use assert_cmd::Command;
 use glam::{DMat3, DVec2, DVec3};
-use nephroid::gpu::{Context, ContextOptions, Messages};
 use nephroid::image_file::RgbImage;
 use nephroid::measure;
 use nephroid::reference::{FluxReference, Options, Reference, View, caustic, flux_balance, view};
-use nephroid::render::{Method, Renderer, Settings};
+use nephroid::render::{Method, Settings};
 use nephroid::scene::{
     self, Atlas, Geometry, LightKind, MaterialKind, Mesh, Object, Rect, Scene, Similarity, Texel,
     Unwrapping,
@@ -210,75 +212,6 @@ pub fn options(error: f64) -> Options {
     Options {
         error,
         ..Options::default()
-    }
-}
-
-/// A device under the validation layers. A missing driver or layer fails the test.
-pub fn validated_context() -> Arc<Context> {
-    let options = ContextOptions {
-        validate: true,
-        ..ContextOptions::default()
-    };
-    Context::new(&options).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// A device on which any message of the validation layers fails the test, once this is dropped
-/// and with it, in this order, the device.
-pub struct Device(pub Arc<Context>, Silence);
-
-pub struct Silence(Arc<Messages>);
-
-impl Device {
-    /// Under the validation layers.
-    pub fn open() -> Self {
-        Self::new(validated_context())
-    }
-
-    /// Without the layers: for what is measured, not tested.
-    pub fn unwatched() -> Self {
-        let context = Context::new(&ContextOptions::default());
-        Self::new(context.unwrap_or_else(|error| panic!("{error}")))
-    }
-
-    fn new(context: Arc<Context>) -> Self {
-        let messages = context.messages();
-        Self(context, Silence(messages))
-    }
-
-    pub fn renderer(&self, scene: &Scene, settings: &Settings) -> Renderer {
-        Renderer::new(&self.0, scene, settings).unwrap_or_else(|error| panic!("{error}"))
-    }
-
-    /// The caustic on one receiver.
-    pub fn caustic(&self, scene: &Scene, receiver: &str, settings: &Settings) -> RgbImage {
-        self.caustics(scene, &[receiver], settings).pop().unwrap()
-    }
-
-    /// The caustics on several receivers.
-    pub fn caustics(&self, scene: &Scene, names: &[&str], settings: &Settings) -> Vec<RgbImage> {
-        let mut renderer = self.renderer(scene, settings);
-        renderer.caustic().unwrap();
-        (names.iter())
-            .map(|name| renderer.read_caustic(scene.object_index(name).unwrap()))
-            .map(Result::unwrap)
-            .collect()
-    }
-
-    /// All direct light on one receiver.
-    pub fn direct(&self, scene: &Scene, receiver: &str) -> RgbImage {
-        let mut renderer = self.renderer(scene, &footprint(1));
-        renderer.direct().unwrap();
-        let receiver = scene.object_index(receiver).unwrap();
-        renderer.read_direct(receiver).unwrap()
-    }
-}
-
-impl Drop for Silence {
-    fn drop(&mut self) {
-        let messages = self.0.all();
-        if !std::thread::panicking() {
-            assert!(messages.is_empty(), "{}", messages.join("\n"));
-        }
     }
 }
 

@@ -256,7 +256,8 @@ fn the_balance_of_flux_has_it() {
             error: Some(0.02),
             ..Settings::default()
         };
-        let mut renderer = Device::open().renderer(&scene, &settings);
+        let device = Device::open();
+        let mut renderer = device.renderer(&scene, &settings);
         let balance = renderer.flux_balance().unwrap().expect("chains");
         assert_adds_up(name, &balance);
         for surfaces in [1, 2] {

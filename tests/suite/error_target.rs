@@ -183,7 +183,7 @@ fn a_smaller_target_takes_more_patches() {
 /// Buffers that grow are bound to the same pipelines.
 #[test]
 fn growth_makes_no_pipeline() {
-    let device = Device::open();
+    let device = Device::unwatched();
     let mut renderer = device.renderer(&scene("mesh_animal"), &aiming_for(0.008));
     let before = device.0.pipeline_count();
     renderer.caustic().unwrap();

@@ -193,7 +193,7 @@ fn another_environment_is_as_if_made_so() {
         assert_as_if_alone(&scenes, &settings);
     }
     // Nor is any pipeline made for it.
-    let device = Device::open();
+    let device = Device::unwatched();
     let mut renderer = device.renderer(&scenes[0], &footprint(256));
     renderer.caustic().unwrap();
     let before = device.0.pipeline_count();

@@ -223,7 +223,8 @@ fn facet_flux(patch: &Patch, object: &Object, lobes: u32) -> (f32, u32) {
         ("visibility", vec![0; 12]),
     ]);
     let push = facet_push(lobes);
-    let buffers = run(&Device::open(), &shaders::FACET_FLUX_COMP, &content, &push);
+    let (device, shader) = (Device::open(), &shaders::FACET_FLUX_COMP);
+    let buffers = run(&device, shader, &content, &push);
     let patches = read::<FacetPatches>(&buffers, "facet_patches", 1)[0];
     let image = read::<FacetImage>(&buffers, "facet_images", 1)[0];
     // The targets that rays from the corners are needed for.

@@ -1,7 +1,7 @@
 //! The validation layers are on and are heard: mistakes made on purpose are caught, so that their
 //! silence in other tests means something.
 
-use crate::common::{Device, validated_context};
+use crate::common::Device;
 use nephroid::gpu::{
     Access, BoundPipeline, Buffer, Context, Image, Recorder, Resource, Sampling, shaders,
 };
@@ -35,13 +35,11 @@ fn sample(context: &Arc<Context>, triangles: &Buffer, patches: &Buffer) -> Bound
     .unwrap()
 }
 
-/// What the layers say of `mistake`, up to the end of the device.
+/// What the layers say of `mistake`, up to the end of all that it makes.
 fn messages(mistake: impl FnOnce(&Arc<Context>)) -> Vec<String> {
-    let context = validated_context();
-    mistake(&context);
-    let messages = context.messages();
-    drop(context);
-    messages.take()
+    let device = Device::open();
+    mistake(&device.0);
+    device.0.messages().take()
 }
 
 fn write_then_read(context: &Arc<Context>, with_barrier: bool) {
