@@ -37,7 +37,8 @@ const float SMALLEST_SIDE = 0.02;
 // A root of the covariance m m^T + l l^T + isotropic that is near m where the others are small: the symmetric root times the rotation
 // of m's polar decomposition.
 mat2 root_near(mat2 m, mat2 l, float isotropic) {
-    mat2 symmetric = symmetric_root(covariance_of(m) + covariance_of(l) + isotropic * vec3(1.0, 0.0, 1.0));
+    vec3 sum = covariance_of(m) + covariance_of(l) + isotropic * vec3(1.0, 0.0, 1.0);
+    mat2 symmetric = symmetric_root(sum, sum.x * sum.z - sum.y * sum.y); // used where it is small
     float sense = determinant(m) < 0.0 ? -1.0 : 1.0;
     vec2 axis = m[0] + sense * vec2(m[1].y, -m[1].x);
     axis = dot(axis, axis) > 0.0 ? normalize(axis) : vec2(1.0, 0.0);

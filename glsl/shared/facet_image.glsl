@@ -12,6 +12,7 @@ struct CellImage {
     vec3 density;      // cosine times the share of the light at the corners
     mat2 of_light;     // root of the covariance of the light's disc, texels
     vec3 blur;         // covariance of that disc and a texel, texels^2
+    float blur_determinant; // of that covariance, texels^4
     vec2 slant;        // at midpoint 12, see slant_of(); 0 where perspective does not show
     bool is_whole;     // whether all of these points send light to the receiver's front
     bool is_lit;       // whether some of them do, and all corners send light
@@ -53,6 +54,13 @@ bool has_perspective(CellImage image) {
     return deviation > LEAST_PERSPECTIVE && longest < min(LARGEST_IMAGE * deviation, 0.5) && length(image.slant) < LARGEST_SLANT;
 }
 
+// Sets the blur from the light's disc.
+void set_blur(inout CellImage image) {
+    const float of_texel = 1.0 / 12.0;
+    image.blur = covariance_of(image.of_light) + of_texel * vec3(1.0, 0.0, 1.0);
+    image.blur_determinant = determinant_of(image.of_light, of_texel);
+}
+
 CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver) {
     CellImage image;
     bool some = false;
@@ -86,7 +94,7 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
     }
     if (BEAMS) image.of_light = mat2(0.0);
     if (!has_perspective(image)) image.slant = vec2(0.0);
-    image.blur = covariance_of(image.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
+    set_blur(image);
     // The mean over the midpoints is exact for quadratic functions. Where only a part of the cell sends light, the
     // corners count too.
     vec3 mean = image.is_whole ? at_midpoints / 3.0 : at_midpoints / 4.0 + at_corners / 12.0;
@@ -139,8 +147,7 @@ bool near_fold(CellImage image, vec3 elements) {
 
 // Side of a square as large as the parallelogram that blurs the image, texels.
 float blur_side(CellImage image) {
-    vec3 m = 12.0 * image.blur;
-    return sqrt(sqrt(m.x * m.z - m.y * m.y));
+    return sqrt(box_area(image.blur_determinant));
 }
 
 // Whether no part of the image falls on the receiver's light map.
@@ -153,7 +160,7 @@ bool misses(CellImage image, PlanarReceiver receiver) {
         low = min(low, corner);
         high = max(high, corner);
     }
-    mat2 box = blur_box(image.blur);
+    mat2 box = blur_box(image.blur, image.blur_determinant);
     vec2 beyond = deviation_of(image) + 0.5 * (abs(box[0]) + abs(box[1]));
     low -= beyond;
     high += beyond;

@@ -65,8 +65,7 @@ const float KERNEL_SPREAD = 1.5;
 const float MAX_AREA = 1.5;
 
 // The variance along the narrower axis of a covariance, in texels^2.
-float narrow_variance(vec3 covariance) {
-    float determinant = covariance.x * covariance.z - covariance.y * covariance.y;
+float narrow_variance(vec3 covariance, float determinant) {
     return clamp(minor_eigenvalue(covariance, determinant), 0.0, 1e6);
 }
 
@@ -169,7 +168,7 @@ bool kernel_splat(CellImage image, PlanarReceiver receiver, out TriangleSplat sp
     // Root of the covariance of the triangle between the midpoints.
     mat2 of_patch = mat2((image.midpoints[0] - image.midpoints[1]) * sqrt(1.0 / 6.0), (image.midpoints[2] - centre) * sqrt(0.5));
     Kernel kernel = kernel_for(of_patch * sqrt(KERNEL_SPREAD), image.of_light, 1.0 / 12.0, SHARPEST_CURVED);
-    SplatLevel target = splat_level(receiver, narrow_variance(kernel.covariance));
+    SplatLevel target = splat_level(receiver, narrow_variance(kernel.covariance, kernel.determinant));
     level = target.level;
     LevelKernel here = on_level(kernel, centre, target);
     splat.slant = image.slant / target.scale;
@@ -207,10 +206,12 @@ bool is_small_around(TriangleSplat splat, SplatLevel level) {
 // they belong to.
 bool triangle_splat(CellImage image, vec3 elements, float height, float points, PlanarReceiver receiver, out TriangleSplat splat, out int level) {
     bool is_blurred = points == IS_BLURRED;
-    SplatLevel target = splat_level(receiver, is_blurred ? narrow_variance(image.blur) : 0.0);
+    SplatLevel target = splat_level(receiver, is_blurred ? narrow_variance(image.blur, image.blur_determinant) : 0.0);
     level = target.level;
-    mat2 blur = is_blurred ? blur_box((image.blur - target.variance * vec3(1.0, 0.0, 1.0)) * (target.scale * target.scale)) : mat2(1.0);
-    mat2 disc = points > 1.0 ? symmetric_root(covariance_of(image.of_light)) : mat2(0.0);
+    float square = target.scale * target.scale;
+    float determinant = is_blurred ? determinant_of(target.scale * image.of_light, square * (1.0 / 12.0 - target.variance)) : 1.0 / 144.0;
+    mat2 blur = is_blurred ? blur_box(square * (image.blur - target.variance * vec3(1.0, 0.0, 1.0)), determinant) : mat2(1.0);
+    mat2 disc = points > 1.0 ? symmetric_root(covariance_of(image.of_light), determinant_of(image.of_light, 0.0)) : mat2(0.0);
     vec2 centre = place_on(target, image.midpoints[1]);
     splat.slant = image.slant / target.scale;
     vec2 corners[3];
@@ -221,11 +222,11 @@ bool triangle_splat(CellImage image, vec3 elements, float height, float points, 
         max(max(corners[0], corners[1]), corners[2]) + beyond)) return false;
     splat.origin = splat.slant == vec2(0.0) ? splat.lower : centre;
     vec3 density = densities(image, elements, height);
-    mat2 to_box = inverse(blur);
+    mat2 to_box = mat2(blur[1].y, -blur[0].y, -blur[1].x, blur[0].x) / box_area(determinant);
     vec2 q[3];
     for (int i = 0; i < 3; i++) q[i] = to_box * (corners[i] - splat.origin);
     widen(q, density);
-    float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]) * abs(determinant(blur));
+    float area = 0.5 * cross2(q[1] - q[0], q[2] - q[0]) * box_area(determinant);
     if (is_blurred) disc = to_box;
     splat.blur = vec4(disc[0], disc[1]);
     splat.corners01 = vec4(q[0], q[1]);
@@ -259,7 +260,7 @@ void take_piece(inout CellImage image, uint index, uint pieces) {
     float scale = 1.0 / max(1.0 - dot(image.slant, aside), 0.1);
     for (int i = 0; i < 2; i++) image.of_light[i] = scale * (root[i] + aside * (scale * dot(image.slant, root[i])));
     image.slant = vec2(0.0);
-    image.blur = covariance_of(image.of_light) + vec3(1.0, 0.0, 1.0) / 12.0;
+    set_blur(image);
     image.flux /= float(pieces);
 }
 

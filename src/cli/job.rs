@@ -7,12 +7,12 @@ use super::session::Session;
 use super::signals::{cancelled, watcher};
 use super::terminal::{log_some, print, print_json, progress_bar};
 use super::timeline::{Shot, each_frame, numbered};
-use nephroid::Result;
 use nephroid::gpu::{PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{Spread, profile};
 use nephroid::render::{Renderer, ViewMemory};
 use nephroid::scene::{LightKind, Scene};
+use nephroid::{Error, Result};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -118,7 +118,7 @@ impl GpuOptions {
             if self.profile {
                 profiles.push(times_of_passes(renderer, |r| job.render(r, scene))?);
             }
-            let image = job.read(renderer)?;
+            let image = result(job, renderer)?;
             session.complaints.check()?;
             job.write(&shot.file, scene, &image)?;
             Ok(FrameReport {
@@ -239,11 +239,28 @@ impl GpuOptions {
             submissions,
             frames: None,
         };
-        let image = job.read(&session.renderer)?;
+        let image = result(job, &session.renderer)?;
         let scene = session.scene.clone();
         session.finish()?;
         job.write(file, &scene, &image)?;
         Ok(report)
+    }
+}
+
+/// The result of the last frame.
+///
+/// # Errors
+/// [`Error::Device`] where a value is not finite, so that no such file is written.
+fn result(job: &impl Job, renderer: &Renderer) -> Result<RgbImage> {
+    let image = job.read(renderer)?;
+    match image.first_not_finite() {
+        None => Ok(image),
+        Some([x, y]) => Err(Error::Device {
+            action: "rendering".into(),
+            reason: format!("pixel ({x}, {y}) of the result is not finite"),
+            remedy: "report this mistake of nephroid with the scene; another --error may avoid it"
+                .into(),
+        }),
     }
 }
 

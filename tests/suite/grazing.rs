@@ -1,8 +1,10 @@
 //! Light that nearly grazes the receiver, where perspective draws the image of the sun's disc out to one side.
 
-use crate::common::{Device, assert_error, l1, load, object_mut, shifted_by_a_texel};
+use crate::common::{Device, assert_error, l1, load, object_mut, shifted_by_a_texel, with_texels};
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
+use nephroid::measure::stress::random::random_scene;
+use nephroid::measure::stress::scenes::RECEIVER;
 use nephroid::render::Settings;
 use nephroid::scene::{Geometry, LightKind, MaterialKind, Mesh, Rect, Scene};
 use std::f64::consts::PI;
@@ -242,5 +244,26 @@ fn the_plane_of_a_facet_cuts_the_disc() {
         // The image is that of a part of a disc, for which a parallelogram of the same moments stands.
         let moved = device.caustic(&shifted_by_a_texel(scene, "floor"), "floor", &settings);
         assert_error("L1", 0.25, l1(&map, &truth), l1(&moved, &truth));
+    }
+}
+
+/// Where a plane leaves almost nothing of a disc, and that part lands at a small angle, its image is thousands of times as long as it is
+/// wide. It is a small part of the light, and must not make the rest useless.
+#[test]
+fn streaks_of_light_are_finite() {
+    let device = Device::open();
+    let one_surface = Scene {
+        max_interfaces: 1,
+        ..random_scene(8)
+    };
+    let scene = with_texels(one_surface, RECEIVER, [128, 128]);
+    for error in [0.0145, 0.014, 0.0135, 0.013] {
+        let settings = Settings {
+            error: Some(error),
+            ..Settings::default()
+        };
+        let map = device.caustic(&scene, RECEIVER, &settings);
+        assert_eq!(map.first_not_finite(), None, "error {error}");
+        assert!(map.pixels.iter().any(|rgb| rgb[0] > 0.0), "no light");
     }
 }
