@@ -8,6 +8,7 @@ use crate::render::gpu_types::ReceiverShare;
 use crate::render::gpu_types::constants::{
     ARGUMENT_WORDS, SECOND_UNITS_WORD, UNITS_WORD, WAVE_DRAW_WORD, WAVE_WORDS,
 };
+use crate::render::settings::EXPECTED_ERROR;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -103,7 +104,8 @@ impl Counter {
                 Part::Chains => add(own[WAVE_DRAW_WORD as usize] / 6),
                 Part::Errors => {
                     let shares: &[ReceiverShare] = bytemuck::cast_slice(own);
-                    counts.error = (shares.iter().map(|share| share.error)).reduce(f32::max);
+                    let largest = shares.iter().map(|share| share.error).reduce(f32::max);
+                    counts.error = largest.map(|error| EXPECTED_ERROR * error);
                 }
             }
         }

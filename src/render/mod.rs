@@ -42,7 +42,7 @@ pub use budget::FrameBudget;
 pub use frame_counts::FrameCounts;
 pub use host::{Frame, MapImage, MapTile, Output, ReceiverTile, ViewFrame};
 pub use left_out::LeftOut;
-pub use settings::{Area, DEFAULT_ERROR, Method, Settings};
+pub use settings::{Area, DEFAULT_ERROR, EXPECTED_ERROR, Method, Settings};
 pub use view::overlay::Overlay;
 
 use crate::error::{Error, Result};
@@ -352,8 +352,9 @@ impl Renderer {
         }
     }
 
-    /// Estimated relative L1 error of the last [`Renderer::caustic`], on the receiver where it is largest. `None` without an
-    /// error to aim for, under an environment, or if a receiver is a mesh.
+    /// Estimated relative L1 error of the last [`Renderer::caustic`], on the receiver where it is largest: the expected one, which is
+    /// below the error aimed for, as patches are chosen with caution ([`EXPECTED_ERROR`]). `None` without an error to aim for, under
+    /// an environment, or if a receiver is a mesh.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.

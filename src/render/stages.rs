@@ -9,7 +9,7 @@ use crate::render::lights::Source;
 use crate::render::methods::pinhole::Pinhole;
 use crate::render::methods::points::Points;
 use crate::render::patches::sample::Sample;
-use crate::render::settings::{Method, Settings};
+use crate::render::settings::{EXPECTED_ERROR, Method, Settings};
 use crate::render::splat::kinds::{footprints, mesh_footprints, pinhole_images};
 use crate::render::splat::resolve::{Levels, Resolve};
 use crate::render::splat::triangles::Triangles;
@@ -129,7 +129,8 @@ fn by_footprints(
 
 /// What a frame with an error to aim for reached.
 pub struct Reached {
-    /// Estimated relative L1 error of suns and lamps on the planar receiver where it is largest; `None` if they light none.
+    /// Cautious estimate of the relative L1 error of suns and lamps on the planar receiver where it is largest; `None` if they light
+    /// none.
     pub error: Option<f32>,
     /// Whether more patches than the buffers have room for would lower it to what is aimed for.
     pub needs_patches: bool,
@@ -178,15 +179,15 @@ impl Caustic {
         }
     }
 
-    /// The largest estimated relative L1 error of a receiver's light map in the last frame; `None` where splats of other
-    /// kinds, whose error is not estimated, light receivers, too.
+    /// The largest expected relative L1 error of a receiver's light map in the last frame; `None` where splats of other kinds, whose error is not estimated, light receivers, too.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
     pub fn estimated_error(&self) -> Result<Option<f32>> {
         match self {
             Self::Splat { projectors, .. } if projectors.is_empty() => {
-                Ok(self.reached()?.and_then(|reached| reached.error))
+                let cautious = self.reached()?.and_then(|reached| reached.error);
+                Ok(cautious.map(|error| EXPECTED_ERROR * error))
             }
             _ => Ok(None),
         }

@@ -39,7 +39,7 @@ impl Triangles {
         Ok(used <= recorded)
     }
 
-    /// The largest estimated relative L1 error of a planar receiver in the last frame, with that of chains, and whether more
+    /// The largest cautious estimate of the relative L1 error of a planar receiver in the last frame, with that of chains, and whether more
     /// patches than `patch_budget` would lower it to what is aimed for.
     ///
     /// # Errors
