@@ -17,6 +17,10 @@ layout(std430, binding = 2) readonly buffer ChainErrors { vec2 chain_errors[]; }
 // Factor by which facets are divided more finely where shadows of undivided ones leave at least this error.
 const float MOST_HIDDEN = 4.0;
 const float MANY_SHADOWS = 1.0 / 32.0;
+// What large patches do not see is more than in proportion to their size: from 1 to 5 % patches are no larger than for 1 %, and beyond, where
+// only the time matters, than for this part of the error.
+const float COARSEST_ERROR = 0.01;
+const float PART_OF_LARGE_ERROR = 0.2;
 
 shared vec4 sums[SHARE_LEVELS];
 
@@ -67,7 +71,8 @@ void main() {
         }
         // The more facets are mixed, the more may be so although their corners agree: they are divided, and looked at within.
         float hidden = 1.0 + (MOST_HIDDEN - 1.0) * min(sums[0].y / MANY_SHADOWS, 1.0);
-        chosen = max(chosen, min(log2(FIRST_SHARE * hidden * MIN_PATCHES_PER_ERROR / push.error), finest));
+        float unseen = min(push.error, max(COARSEST_ERROR, PART_OF_LARGE_ERROR * push.error));
+        chosen = max(chosen, min(log2(FIRST_SHARE * hidden * MIN_PATCHES_PER_ERROR / unseen), finest));
     }
     ReceiverShare share = shares[receiver];
     share.patch_share = FIRST_SHARE * exp2(-chosen);
