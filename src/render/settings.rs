@@ -57,7 +57,7 @@ impl Area {
 pub const DEFAULT_ERROR: f32 = 0.02;
 
 /// What is expected of the error where the cautious estimate, by which patches are chosen, is 1: the median of true error over that
-/// estimate at targets of 5, 2 and 1 % on the receivers of shipped scenes and of 20 random ones (`docs/measurements.md`).
+/// estimate at targets of 5, 2 and 1 % on the receivers of shipped scenes and of 20 random ones (`src/method.md`).
 pub const EXPECTED_ERROR: f32 = 0.6;
 
 /// Method, resolution and options.
