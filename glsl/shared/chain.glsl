@@ -143,8 +143,8 @@ void set_slant(PlanarReceiver receiver, vec3 r, Changes changes, inout Landing l
     }
 }
 
-// Returns false where the receiver gets none of it. Light that passes the edge of the receiver that the ray meets may land on
-// another receiver behind that edge.
+// Returns false where the receiver gets none of it. Light that passes the edge of the rect that the ray meets may land on a receiver
+// behind that edge.
 bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out Landing landing) {
     vec3 r = path.direction;
     if (!meets_plane(path, receiver, landing.distance_, landing.centre)) return false;
@@ -152,8 +152,8 @@ bool land(ChainPath path, ChainHit hit, PlanarReceiver receiver, uint index, out
     vec2 high = low + vec2(receiver.width, receiver.height);
     if (landing.distance_ > hit.distance * 1.0001) {
         Object nearer = object_at(triangle_at(hit.triangle).object);
-        bool is_receiver = nearer.kind == DIFFUSE && nearer.receiver >= 0 && nearer.shape != MESH;
-        if (is_in_tile(receiver, landing.centre) || !is_receiver || nearer.receiver == int(index)) return false;
+        bool is_other_rect = nearer.kind == DIFFUSE && nearer.shape != MESH && nearer.receiver != int(index);
+        if (is_in_tile(receiver, landing.centre) || !is_other_rect) return false;
     }
     Changes changes = changes_of(path);
     float t = landing.distance_;
