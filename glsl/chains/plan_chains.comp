@@ -105,7 +105,7 @@ uint halvings_for(ChainLattice lattice, LatticePilot pilot, float cells, float s
 
 // Bands of the spectrum that the rays of a lattice carry one each, so that what lands is dispersed by at most this many standard
 // deviations of the footprint within a band: over a band, places are linear in the index of refraction.
-const float MAX_DISPERSED = 12.0;
+const float MAX_DISPERSED = 6.0;
 
 uint bands_for(LatticePilot pilot) {
     float bands = 1.0;

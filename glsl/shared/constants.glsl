@@ -34,9 +34,9 @@ const uint SHEET = 2;
 const uint SOLID = 3;
 const uint DISPERSING = 4;
 // Steps of the table of the colours of wavelengths.
-const uint SPECTRAL_STEPS = 64;
+const uint SPECTRAL_STEPS = 256;
 // Maximum number of bands of the spectrum that rays of chains carry one each.
-const uint MAX_BANDS = 4;
+const uint MAX_BANDS = 8;
 // `Object.receiver` of an object that is none.
 const int NO_RECEIVER = -1;
 
