@@ -52,7 +52,7 @@ const float MAX_PERSPECTIVE = 0.15;
 const float MIXED_BLUR = 1.5;
 
 // The triangles for the image on receiver `index`, so that the error of each patch is in proportion.
-uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, float exposed, uint pieces) {
+uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, bool is_blocked, float exposed, uint pieces) {
     PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return 0;
@@ -63,7 +63,7 @@ uint triangles_for(Surface surface, Cell cell, Light light, uint index, float et
     float blur = blur_side(image);
     float n = image_division(share, deviation_of(image), height, blur, patch_share);
     // Rays from every triangle of a mixed patch.
-    if (is_mixed) n = max(n, mixed_division(share, longest, blur, exposed, patch_share));
+    if (is_mixed && !is_blocked) n = max(n, mixed_division(share, longest, blur, exposed, patch_share));
     // Where perspective is strong, it is not affine over a piece.
     if (length(image.slant * image.of_light) > MAX_PERSPECTIVE) pieces = 1;
     // No patch takes more than its share of the capacity.
@@ -84,7 +84,11 @@ void main() {
     for (uint target = 0; target < count; target++) patch_splats[patch_index * count + target] = 0;
     uint splats = 0;
     for (uint target = next_target(place.targets, 0, count); target < count; target = next_target(place.targets, target + 1, count)) {
+        FacetImage of_facet = facet_image_at(place.pair * push.receiver_count + target / push.lobes);
+        vec2 outline = unpackHalf2x16(of_facet.outline);
+        float exposed = outline.y;
         bool is_mixed = false;
+        bool is_blocked = false;
         if (BEAMS) {
             is_mixed = push.can_occlude != 0;
         } else if (push.can_occlude != 0) {
@@ -92,18 +96,19 @@ void main() {
                 visibility_at(place, at.xy + ivec2(at.z, 0), target / 16),
                 visibility_at(place, at.xy + ivec2(0, at.z), target / 16));
             uvec3 states = seen >> 2 * (target % 16) & 3u;
-            if (all(equal(states, uvec3(BLOCKED)))) continue;
+            // An undivided facet may be lit between its corners. Neighbours make up for what it lacks, but not where the surface bends.
+            is_blocked = all(equal(states, uvec3(BLOCKED)));
+            if (is_blocked && (place.division > 1 || exposed == 0.0)) continue;
             // Corners that send no light into the receiver say nothing about the rest of the patch.
             is_mixed = any(equal(states, uvec3(BLOCKED))) || !any(equal(states, uvec3(LIT)));
         }
         // All patches of a facet have the same pieces, so that they fit together.
-        FacetImage of_facet = facet_image_at(place.pair * push.receiver_count + target / push.lobes);
         float blur = unpackHalf2x16(of_facet.height_blur).y;
-        vec2 outline = unpackHalf2x16(of_facet.outline);
         uint pieces = push.error > 0.0 && needs_pieces(outline, blur, push.error) ? shares[target / push.lobes].pieces : 1;
         // The lit part of the disc lands beside the middle of its image.
         if (is_mixed && push.error > 0.0 && blur > MIXED_BLUR) pieces = max(pieces, 4);
-        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, outline.y, pieces);
+        if (is_blocked) pieces = 1;
+        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, is_blocked, exposed, pieces);
         patch_splats[patch_index * count + target] = found;
         splats += splats_of(found);
     }
