@@ -9,6 +9,7 @@ layout(location = 1) in flat vec4 irradiance_and_kernel;
 layout(location = 2) in flat vec4 sides;
 layout(location = 3) in flat vec4 centre_slant;
 layout(location = 4) in flat float share;
+layout(location = 5) in flat vec4 bounds;
 layout(location = 0) out vec4 irradiance;
 
 // At places with smaller ratios to those without perspective there is no light: it goes to one side of the line where the ratio is 0.
@@ -22,5 +23,7 @@ void main() {
     float scale = ratio > LEAST_RATIO ? 1.0 / ratio : 0.0;
     float kernel = kernel_value(conic_and_flatness.w, quadratic2(conic_and_flatness.xyz, scale * d));
     value += irradiance_and_kernel.w * scale * scale * scale * kernel;
-    irradiance = vec4(irradiance_and_kernel.rgb * value, 0.0);
+    // A turned quad may reach beyond the receiver's tile.
+    bool is_inside = all(greaterThan(gl_FragCoord.xy, bounds.xy)) && all(lessThan(gl_FragCoord.xy, bounds.zw));
+    irradiance = vec4(irradiance_and_kernel.rgb * (is_inside ? value : 0.0), 0.0);
 }
