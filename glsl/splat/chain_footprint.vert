@@ -14,7 +14,7 @@ layout(location = 3) out flat vec4 centre_slant;
 layout(location = 4) out flat float share;
 layout(location = 5) out flat vec4 bounds; // low and high, texels
 
-// A quad has its sides along the axes of the light's ellipse where the rectangle of rows and columns has at least this area of it.
+// Area of the rectangle of rows and columns over that of the quad along the ellipse's axes from which on the latter is drawn.
 const float MIN_GAIN = 1.5;
 // Ellipses that are longer for their width have no accurate axes in 32 bits.
 const float LARGEST_ASPECT = 500.0;
@@ -22,10 +22,10 @@ const float LARGEST_ASPECT = 500.0;
 const float WIDER = 1.05;
 const float MARGIN = 0.05;
 
-// Corner `corner` of the quad around a footprint. A narrow ellipse that lies across rows and columns fills little of their rectangle.
+// Corner of the quad around a footprint for this vertex. A narrow ellipse that lies across rows and columns fills little of their rectangle.
 // Light is where d^T C d <= (1 + s.d)^2, with d from the centre, C the conic and s the slant: where (d - c)^T M (d - c) <= 1 + s.c, with
 // M = C - s s^T and c = M^-1 s.
-vec2 corner_of(ChainFootprint footprint, vec2 slant, int corner) {
+vec2 corner_of(ChainFootprint footprint, vec2 slant) {
     vec2 along_rows = quad_corner(footprint.lower, footprint.upper);
     vec3 m = footprint.conic - outer2(slant);
     float determinant = m.x * m.z - m.y * m.y;
@@ -41,7 +41,7 @@ vec2 corner_of(ChainFootprint footprint, vec2 slant, int corner) {
     // Unit vector across the longer axis, by half of twice its angle.
     float cosine = (m.x - m.z) / difference;
     vec2 across = vec2(sqrt(max(0.5 + 0.5 * cosine, 0.0)), sqrt(max(0.5 - 0.5 * cosine, 0.0)) * (m.y < 0.0 ? -1.0 : 1.0));
-    vec2 side = 2.0 * vec2(corner & 1, corner >> 1) - 1.0;
+    vec2 side = quad_corner(vec2(-1.0), vec2(1.0));
     return footprint.centre + c + side.x * reach.x * vec2(-across.y, across.x) + side.y * reach.y * across;
 }
 
@@ -53,5 +53,5 @@ void main() {
     centre_slant = vec4(footprint.centre, unpackHalf2x16(footprint.slant));
     share = footprint.share;
     bounds = vec4(footprint.lower, footprint.upper);
-    gl_Position = clip_position(corner_of(footprint, centre_slant.zw, gl_VertexIndex % 4));
+    gl_Position = clip_position(corner_of(footprint, centre_slant.zw));
 }

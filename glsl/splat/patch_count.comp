@@ -107,7 +107,7 @@ void main() {
         uint pieces = push.error > 0.0 && needs_pieces(outline, blur, push.error) ? shares[target / push.lobes].pieces : 1;
         // The lit part of the disc lands beside the middle of its image.
         if (is_mixed && push.error > 0.0 && blur > MIXED_BLUR) pieces = max(pieces, 4);
-        if (is_blocked) pieces = 1;
+        if (is_blocked) pieces = 1; // rare light, for which one pair of rays has to do
         uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, is_blocked, exposed, pieces);
         patch_splats[patch_index * count + target] = found;
         splats += splats_of(found);
