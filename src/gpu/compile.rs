@@ -26,7 +26,7 @@ pub fn compile_compute(
     constants: Constants,
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
-    let module = Module::new(context, shader)?;
+    let module = context.modules.get(&context.device, shader)?;
     let values = constants.map(vk::Bool32::from);
     let entries = specialization_entries();
     let constants = vk::SpecializationInfo::default()
@@ -34,7 +34,7 @@ pub fn compile_compute(
         .data(bytemuck::cast_slice(&values));
     let stage = vk::PipelineShaderStageCreateInfo::default()
         .stage(vk::ShaderStageFlags::COMPUTE)
-        .module(module.handle)
+        .module(module)
         .specialization_info(&constants)
         .name(c"main");
     let info = vk::ComputePipelineCreateInfo::default()
@@ -60,8 +60,8 @@ pub fn compile_graphics(
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
     let modules = [
-        Module::new(context, vertex)?,
-        Module::new(context, fragment)?,
+        context.modules.get(&context.device, vertex)?,
+        context.modules.get(&context.device, fragment)?,
     ];
     let values = constants.map(vk::Bool32::from);
     let entries = specialization_entries();
@@ -72,7 +72,7 @@ pub fn compile_graphics(
     let stage_infos = [0, 1].map(|i| {
         vk::PipelineShaderStageCreateInfo::default()
             .stage(stage_flags[i])
-            .module(modules[i].handle)
+            .module(modules[i])
             .specialization_info(&constants)
             .name(c"main")
     });
@@ -162,28 +162,4 @@ fn compiled(
 ) -> Result<vk::Pipeline> {
     made.map(|handles| handles[0])
         .map_err(|(_, error)| device_error(&format!("compiling {}", shader.name))(error))
-}
-
-/// A shader module, needed only while its pipeline is made.
-struct Module<'a> {
-    context: &'a Context,
-    handle: vk::ShaderModule,
-}
-
-impl<'a> Module<'a> {
-    fn new(context: &'a Context, shader: &Shader) -> Result<Self> {
-        let info = vk::ShaderModuleCreateInfo::default()
-            .code(shader.words_for(context.has_texel_buffers()));
-        // SAFETY: SPIR-V from the compiler; destroyed in Drop.
-        let handle = unsafe { context.device.create_shader_module(&info, None) }
-            .map_err(device_error("loading a shader"))?;
-        Ok(Self { context, handle })
-    }
-}
-
-impl Drop for Module<'_> {
-    fn drop(&mut self) {
-        // SAFETY: pipelines do not need their modules once made.
-        unsafe { self.context.device.destroy_shader_module(self.handle, None) };
-    }
 }

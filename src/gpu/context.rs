@@ -3,6 +3,7 @@
 use super::device::{self, ContextOptions, Device, DeviceInfo, Opened};
 use super::host::{self, External};
 use super::instance::Instance;
+use super::modules::Modules;
 use super::pipeline_cache::PipelineCache;
 use super::pipelines::Pipelines;
 use super::requirements::Requirements;
@@ -18,6 +19,7 @@ pub struct Context {
     // Dropped in this order.
     pub(super) pipelines: Mutex<Pipelines>,
     pub(super) pipeline_cache: PipelineCache,
+    pub(super) modules: Modules,
     pub(super) allocator: Arc<Mutex<Allocator>>,
     pub(super) device: Device,
     instance: Instance,
@@ -102,6 +104,7 @@ impl Context {
         let uuid = queue.is_some().then_some(properties.pipeline_cache_uuid);
         Ok(Arc::new(Self {
             pipelines: Mutex::default(),
+            modules: Modules::new(&device, device::has_texel_buffers(&properties.limits))?,
             pipeline_cache: PipelineCache::new(&device, uuid)?,
             allocator,
             device,
@@ -183,6 +186,7 @@ impl Drop for Context {
         if let Ok(pipelines) = self.pipelines.get_mut() {
             pipelines.destroy(&self.device);
         }
+        self.modules.destroy(&self.device);
         self.pipeline_cache.destroy(&self.device);
     }
 }

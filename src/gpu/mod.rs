@@ -13,6 +13,7 @@ mod host_memory;
 mod image;
 mod instance;
 mod memory;
+mod modules;
 mod pace;
 mod pipeline;
 mod pipeline_cache;
