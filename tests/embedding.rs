@@ -32,7 +32,9 @@ fn a_host_gets_the_bits_of_the_blocking_calls() {
     const FRAMES: u32 = 120;
     // A simple ring on a floor with few texels, without walls, whose direct light has many: the checks make shaders slow.
     let mut still = common::with_texels(host::scene().unwrap(), "floor", [64, 64]);
-    still.objects.retain(|object| !object.name.starts_with("wall"));
+    still
+        .objects
+        .retain(|object| !object.name.starts_with("wall"));
     common::object_mut(&mut still, "ring").geometry =
         Geometry::Mesh(common::hollow_cylinder(1.0, 0.6, 64).into());
     let settings = footprint(1024);

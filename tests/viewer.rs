@@ -440,8 +440,8 @@ fn long_runs_are_steady() {
     assert!(idle["frames"].as_u64().unwrap() <= 2, "{report}");
 }
 
-/// Where pictures cannot come as often as asked, they have fewer pixels while something moves, and all again at rest, on screenshots,
-/// and where no rate is asked for.
+/// Where pictures cannot come as often as asked, they have fewer pixels while something moves, and maps of direct light fewer texels,
+/// and all again at rest, on screenshots, and where no rate is asked for.
 #[test]
 fn slow_pictures_have_fewer_pixels_in_motion() {
     let folder = folder();
@@ -450,6 +450,7 @@ fn slow_pictures_have_fewer_pixels_in_motion() {
     let script = "set panels off\nframes 4\nscreenshot first.png\n\
                   measure all pixels\ndrag left 30 30 130 40 30\n\
                   set frame-rate 1000\nmeasure fewer pixels\ndrag left 130 40 30 30 60\nscreenshot moved.png\n\
+                  modifiers ctrl\ndrag left 30 30 60 60 10\nmodifiers none\n\
                   settle\nscreenshot settled.png\nset frame-rate 0\nsettle\nscreenshot still.png\n\
                   measure kept pixels\ndrag left 30 30 130 40 10\nexpect no error\n";
     let arguments = ["--size", "400x240", "--validate"];

@@ -15,6 +15,7 @@ mod caustic;
 mod chains;
 mod device_scene;
 mod diagnostics;
+mod direct_detail;
 mod dispatch;
 mod environment;
 mod frame;
@@ -105,6 +106,7 @@ pub struct Renderer {
     is_direct_current: bool,
     /// Whether the direct map of the environment shows the current scene. It is kept where only suns, lamps or materials change.
     is_environment_current: bool,
+    direct_halvings: u32,
     budget: Option<FrameBudget>,
     /// What a frame lacked, for which the next caustic begins with larger buffers.
     grows: Option<stages::Reached>,
@@ -164,6 +166,7 @@ impl Renderer {
             is_current: false,
             is_direct_current: false,
             is_environment_current: false,
+            direct_halvings: 0,
             budget,
             grows: None,
             update_time: Duration::ZERO,
@@ -274,6 +277,7 @@ impl Renderer {
         self.is_current = was_current && change == Change::Nothing;
         self.is_direct_current &= change == Change::Nothing;
         self.is_environment_current &= keeps_environment;
+        self.fit_direct_maps()?;
         if change == Change::Stages {
             let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.

@@ -12,6 +12,12 @@ const SKIPPED: u32 = 2;
 /// Time at a step, over that at the step before, above which fewer pixels do not pay: something else takes the time.
 const WORTHWHILE: f64 = 0.85;
 
+/// How often the sides of the maps of direct light are halved in pictures of this scale: once more at each step. Where lights or
+/// objects move, these maps take more time than the pixels.
+pub fn halvings(scale: f32) -> u32 {
+    (scale.log2() / FRAC_1_SQRT_2.log2()).round() as u32
+}
+
 /// Chooses among [`SCALES`].
 #[derive(Debug, Default)]
 pub struct DynamicResolution {

@@ -1,5 +1,6 @@
 //! A side of the picture: a renderer, the technique that it was made for, and what it rendered last.
 
+use super::dynamic_resolution::halvings;
 use super::host::Host;
 use super::reference::LightMap;
 use super::technique::{Aim, Technique};
@@ -105,6 +106,11 @@ impl Side {
             _ => self.budget = None,
         }
         self.renderer.set_error((error * factor).clamp(1e-4, 1.0));
+    }
+
+    /// Has direct light from the next update on as coarse as pictures of this scale.
+    pub fn fit(&mut self, scale: f32) {
+        self.renderer.set_direct_halvings(halvings(scale));
     }
 
     /// Adjusts the error to the time of the last frame, if a time is to be kept.

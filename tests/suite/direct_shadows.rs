@@ -1,7 +1,11 @@
 //! Shadows in the maps of direct light, against closed forms, and views that use them.
 
-use crate::common::{Device, assert_error, bits, footprint, load, middles, object_mut, toward_sun};
+use crate::common::{
+    Device, assert_error, bits, footprint, l1, load, middles, moved, object_mut, toward_sun,
+    with_texels,
+};
 use glam::DVec3;
+use nephroid::render::Renderer;
 use nephroid::scene::{Geometry, LightKind, MaterialKind, Object, Rect, Scene};
 use std::f64::consts::PI;
 
@@ -179,4 +183,35 @@ fn parts_of_a_picture_fit_together() {
         .count();
     // The outlines of the mirror, of the floor and of what is mirrored.
     assert!((1..450).contains(&differing), "{differing} of 2250 pixels");
+}
+
+/// Maps that are coarse in motion have nearly the same light, and at rest the bits that they always have.
+#[test]
+fn maps_are_coarse_in_motion_alone() {
+    let device = Device::open();
+    let still = with_texels(load("ring.toml"), "floor", [256, 256]);
+    let mut turned = still.clone();
+    if let LightKind::Sun { direction, .. } = &mut turned.lights[0].kind {
+        *direction = (*direction + 0.1 * DVec3::X).normalize();
+    }
+    let spun = moved(turned.clone(), "ring", 0.2, 0.1 * DVec3::Y);
+    let floor = still.object_index("floor").unwrap();
+    let direct = |renderer: &mut Renderer, scene: &Scene, halvings| {
+        renderer.set_direct_halvings(halvings);
+        renderer.update(scene).unwrap();
+        renderer.direct().unwrap();
+        renderer.read_direct(floor).unwrap()
+    };
+    let mut renderer = device.renderer(&still, &footprint(1));
+    let fine = direct(&mut renderer, &still, 0);
+    let kept = direct(&mut renderer, &still, 1);
+    assert!(bits(&kept) == bits(&fine), "they show the scene already");
+    // The sun moves, for which the light of the environment is kept, and then what blocks it.
+    for scene in [&turned, &spun] {
+        let coarse = direct(&mut renderer, scene, 1);
+        let fine = direct(&mut renderer, scene, 0);
+        assert!(bits(&fine) == bits(&device.direct(scene, "floor")));
+        let l1 = l1(&coarse, &fine);
+        assert!((1e-5..0.005).contains(&l1), "{l1}");
+    }
 }

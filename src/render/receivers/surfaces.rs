@@ -27,6 +27,7 @@ const MAX_TEXELS: u64 = 1 << 21;
 const MAX_ENVIRONMENT_SIDE: u32 = 256;
 
 /// A tile of the direct map.
+#[derive(Clone)]
 pub struct SurfaceTile {
     pub tile: Tile,
     /// Index among the mesh receivers; `None` for a rect.
@@ -57,6 +58,24 @@ impl SurfaceTile {
         ]
     }
 
+    /// The tile with fewer texels, though no fewer than its light map and than its tile of the direct map of the environment.
+    fn halved(&self, halvings: Halvings, first_block: u32) -> Self {
+        let of_light_map = match self.light_scale {
+            0 => u32::MAX,
+            scale => scale.ilog2(),
+        };
+        let most = of_light_map.min(self.environment_scale.ilog2());
+        let [lights, environment] = [halvings.lights, halvings.environment].map(|of| of.min(most));
+        let size = self.tile.size.map(|side| side.div_ceil(1 << lights));
+        Self {
+            tile: Tile { size, ..self.tile },
+            light_scale: self.light_scale >> lights,
+            environment_scale: self.environment_scale >> lights << environment,
+            first_block,
+            ..*self
+        }
+    }
+
     /// Size of the tile of the direct map of the environment, texels.
     pub fn environment_size(&self) -> [u32; 2] {
         self.tile
@@ -65,8 +84,18 @@ impl SurfaceTile {
     }
 }
 
+/// How often the sides of tiles are halved, for light of suns and lamps and for that of the environment.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Halvings {
+    pub lights: u32,
+    pub environment: u32,
+}
+
 pub struct DeviceSurfaces {
+    /// As coarse as [`Self::halvings`] says, where the tiles of [`Self::finest`] begin.
     pub tiles: Vec<SurfaceTile>,
+    finest: Vec<SurfaceTile>,
+    pub halvings: Halvings,
     /// Size of the direct map, texels.
     pub image_size: [u32; 2],
     /// One for each object.
@@ -132,7 +161,9 @@ impl DeviceSurfaces {
         let words = u64::from(first_block) * lights.div_ceil(LIGHTS_PER_WORD.into());
         let bytes = (scene.objects.len() * size_of::<DiffuseSurface>()) as u64;
         Ok(Self {
+            finest: tiles.clone(),
             tiles,
+            halvings: Halvings::default(),
             image_size,
             surfaces: Buffer::new(context, "surfaces", bytes)?,
             blocks: Buffer::new(context, "blocks", 4 * words)?,
@@ -145,19 +176,52 @@ impl DeviceSurfaces {
         })
     }
 
-    /// Writes the surfaces, and the points of meshes where `indices_changed` or one of these meshes is among `moved`.
+    /// Writes the surfaces with the tiles as coarse as this.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
-    pub fn update(
+    pub fn set_halvings(
         &mut self,
         staging: &mut Staging,
         scene: &Scene,
         receivers: &DeviceReceivers,
         store: &TriangleStore,
-        moved: &[usize],
-        indices_changed: bool,
+        halvings: Halvings,
     ) -> Result<()> {
+        self.halvings = halvings;
+        self.block_count = 0;
+        self.tiles.clear();
+        for finest in &self.finest {
+            let tile = finest.halved(halvings, self.block_count);
+            if tile.is_rect() {
+                self.block_count += tile.blocks().iter().product::<u32>();
+            }
+            self.tiles.push(tile);
+        }
+        staging.begin();
+        self.write_tiles(staging, scene, receivers, store)?;
+        self.write_blocks(staging)
+    }
+
+    /// Writes the object of each block.
+    fn write_blocks(&self, staging: &mut Staging) -> Result<()> {
+        let of_blocks: Vec<u32> = (self.tiles.iter().filter(|tile| tile.is_rect()))
+            .flat_map(|tile| {
+                let count = tile.blocks().iter().product::<u32>();
+                std::iter::repeat_n(tile.tile.object as u32, count as usize)
+            })
+            .collect();
+        staging.write(&self.block_surfaces, 0, &of_blocks)
+    }
+
+    /// Writes the surfaces, and returns what it wrote.
+    fn write_tiles(
+        &self,
+        staging: &mut Staging,
+        scene: &Scene,
+        receivers: &DeviceReceivers,
+        store: &TriangleStore,
+    ) -> Result<Vec<DiffuseSurface>> {
         let mut surfaces = vec![DiffuseSurface::default(); scene.objects.len()];
         for surface in &mut surfaces {
             surface.kind = NO_SURFACE;
@@ -196,6 +260,23 @@ impl DeviceSurfaces {
             surfaces[object].kind = POINTS;
         }
         staging.write(&self.surfaces, 0, &surfaces)?;
+        Ok(surfaces)
+    }
+
+    /// Writes the surfaces, and the points of meshes where `indices_changed` or one of these meshes is among `moved`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn update(
+        &mut self,
+        staging: &mut Staging,
+        scene: &Scene,
+        receivers: &DeviceReceivers,
+        store: &TriangleStore,
+        moved: &[usize],
+        indices_changed: bool,
+    ) -> Result<()> {
+        let surfaces = self.write_tiles(staging, scene, receivers, store)?;
         if indices_changed {
             let kinds = [PLANE, ATLAS, POINTS];
             let of_kind = kinds.map(|kind| {
@@ -210,13 +291,7 @@ impl DeviceSurfaces {
                 .map(|indices: &Vec<u32>| indices.len() as u32);
             staging.write(&self.drawn, 0, &of_kind.concat())?;
             staging.write(&self.smooth_groups, 0, &smooth_groups(scene, store))?;
-            let of_blocks: Vec<u32> = (self.tiles.iter().filter(|tile| tile.is_rect()))
-                .flat_map(|tile| {
-                    let count = tile.blocks().iter().product::<u32>();
-                    std::iter::repeat_n(tile.tile.object as u32, count as usize)
-                })
-                .collect();
-            staging.write(&self.block_surfaces, 0, &of_blocks)?;
+            self.write_blocks(staging)?;
         }
         // A mesh that is scaled changes the extent that its points stand for, which only the light of suns and lamps depends on.
         let points_moved =
