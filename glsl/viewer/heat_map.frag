@@ -14,5 +14,6 @@ void main() {
     float place = clamp(difference(radiance(picture_a), radiance(picture_b), is_relative != 0) / scale, 0.0, 1.0) * float(last);
     uint below = min(uint(place), last - 1);
     vec3 shown = mix(stop(below), stop(below + 1), place - float(below));
-    color = vec4(encodes != 0 ? shown : decode(shown), 1.0);
+    if (!ENCODES) shown = decode(shown);
+    color = vec4(shown, 1.0);
 }

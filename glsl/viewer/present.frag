@@ -20,6 +20,10 @@ vec3 neutral(vec3 c) {
 }
 
 void main() {
-    vec3 shown = neutral((side == 0 ? radiance(picture_a) : radiance(picture_b)) * exposure);
-    color = vec4(encodes != 0 ? encode(shown) : shown, 1.0);
+    vec3 seen;
+    if (SHOWS_B) seen = radiance(picture_b);
+    else seen = radiance(picture_a);
+    vec3 shown = neutral(seen * exposure);
+    if (ENCODES) shown = encode(shown);
+    color = vec4(shown, 1.0);
 }

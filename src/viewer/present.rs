@@ -22,8 +22,6 @@ const DIVIDER_WIDTH: u32 = 2;
 struct Push {
     size: [f32; 2],
     exposure: f32,
-    encodes: u32,
-    side: u32,
     scale: f32,
     is_relative: u32,
 }
@@ -32,9 +30,12 @@ struct Push {
 pub struct Present {
     /// A set for each frame in flight.
     bindings: Bindings,
-    pipeline: vk::Pipeline,
+    /// Size of the pictures that each set has, pixels.
+    sizes: Vec<[u32; 2]>,
+    /// Of both sides, for pictures of the target's size and for others.
+    sides: [[vk::Pipeline; 2]; 2],
     /// Made when it is first shown.
-    heat_map: Option<vk::Pipeline>,
+    heat_maps: Option<[vk::Pipeline; 2]>,
     format: vk::Format,
     encodes: bool,
 }
@@ -53,10 +54,18 @@ impl Present {
             push_bytes: size_of::<Push>(),
         };
         let bindings = Bindings::new(host, layout, frames)?;
+        let side = |shows_b| {
+            let of = |filters| {
+                let constants = [shows_b, filters, encodes];
+                pipeline(host, bindings.layout, format, &PRESENT, constants)
+            };
+            Ok::<_, nephroid::Error>([of(false)?, of(true)?])
+        };
         Ok(Self {
-            pipeline: pipeline(host, bindings.layout, format, &PRESENT)?,
+            sides: [side(false)?, side(true)?],
+            sizes: vec![[0; 2]; frames],
             bindings,
-            heat_map: None,
+            heat_maps: None,
             format,
             encodes,
         })
@@ -74,9 +83,19 @@ impl Present {
         shown: Shown,
     ) -> Result<()> {
         self.bindings.write(host, slot, &pictures, None);
-        if matches!(shown, Shown::HeatMap { .. }) && self.heat_map.is_none() {
-            let layout = self.bindings.layout;
-            self.heat_map = Some(pipeline(host, layout, self.format, &HEAT_MAP)?);
+        self.sizes[slot] = pictures[0].size;
+        if matches!(shown, Shown::HeatMap { .. }) && self.heat_maps.is_none() {
+            let of = |filters| {
+                let constants = [false, filters, self.encodes];
+                pipeline(
+                    host,
+                    self.bindings.layout,
+                    self.format,
+                    &HEAT_MAP,
+                    constants,
+                )
+            };
+            self.heat_maps = Some([of(false)?, of(true)?]);
         }
         Ok(())
     }
@@ -98,19 +117,18 @@ impl Present {
             Shown::HeatMap { scale, is_relative } => (scale, is_relative),
             _ => (1.0, false),
         };
-        let draw = |pipeline, side, columns: [u32; 2]| {
+        let filters = self.sizes[slot] != size;
+        let draw = |pipelines: [vk::Pipeline; 2], columns: [u32; 2]| {
             let push = Push {
                 size: [width, height],
                 exposure: exposure_ev.exp2() as f32,
-                encodes: self.encodes.into(),
-                side,
                 scale: scale as f32,
                 is_relative: is_relative.into(),
             };
             let stages = vk::ShaderStageFlags::FRAGMENT;
             // SAFETY: the command buffer is recording, and the slot's set is bound to pictures.
             unsafe {
-                device.cmd_bind_pipeline(commands, point, pipeline);
+                device.cmd_bind_pipeline(commands, point, pipelines[usize::from(filters)]);
                 device.cmd_set_scissor(commands, 0, &[strip(columns, size[1])]);
                 let bytes = bytemuck::bytes_of(&push);
                 device.cmd_push_constants(commands, self.bindings.layout, stages, 0, bytes);
@@ -130,16 +148,17 @@ impl Present {
             device.cmd_bind_descriptor_sets(commands, point, self.bindings.layout, 0, &[set], &[]);
         }
         match shown {
-            Shown::One => draw(self.pipeline, 0, [0, size[0]]),
+            Shown::One => draw(self.sides[0], [0, size[0]]),
             Shown::HeatMap { .. } => {
-                let heat_map = self.heat_map.expect("it was made when it was bound");
-                draw(heat_map, 0, [0, size[0]]);
+                let heat_maps = self.heat_maps.expect("made when it was bound");
+                draw(heat_maps, [0, size[0]]);
             }
             Shown::Split { divider } => {
                 let middle = ((divider * width).round() as u32).min(size[0]);
-                for (side, columns) in [(0, [0, middle]), (1, [middle, size[0]])] {
+                for (side, columns) in self.sides.into_iter().zip([[0, middle], [middle, size[0]]])
+                {
                     if columns[0] < columns[1] {
-                        draw(self.pipeline, side, columns);
+                        draw(side, columns);
                     }
                 }
                 let half = DIVIDER_WIDTH / 2;
@@ -151,7 +170,8 @@ impl Present {
 
     /// The device must be idle.
     pub fn destroy(&self, host: &Host) {
-        for pipeline in [self.pipeline, self.heat_map.unwrap_or_default()] {
+        let pipelines = self.sides.as_flattened().iter();
+        for &pipeline in pipelines.chain(self.heat_maps.iter().flatten()) {
             // SAFETY: the device is idle.
             unsafe { host.device.destroy_pipeline(pipeline, None) };
         }
@@ -196,19 +216,32 @@ fn clear(device: &ash::Device, commands: vk::CommandBuffer, rect: vk::Rect2D) {
     unsafe { device.cmd_clear_attachments(commands, &attachment, &rects) };
 }
 
+/// `constants` are those of `glsl/viewer/pictures.glsl`.
 fn pipeline(
     host: &Host,
     layout: vk::PipelineLayout,
     format: vk::Format,
     fragment: &WindowShader,
+    constants: [bool; 3],
 ) -> Result<vk::Pipeline> {
     let device = &host.device;
+    let values = constants.map(vk::Bool32::from);
+    let entries = [0, 1, 2].map(|id| {
+        vk::SpecializationMapEntry::default()
+            .constant_id(id)
+            .offset(id * size_of::<vk::Bool32>() as u32)
+            .size(size_of::<vk::Bool32>())
+    });
+    let constants = vk::SpecializationInfo::default()
+        .map_entries(&entries)
+        .data(bytemuck::cast_slice(&values));
     let modules = [VERTEX.module(host)?, fragment.module(host)?];
     let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
     let stages = [0, 1].map(|i| {
         vk::PipelineShaderStageCreateInfo::default()
             .stage(stages[i])
             .module(modules[i])
+            .specialization_info(&constants)
             .name(c"main")
     });
     let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
