@@ -14,6 +14,6 @@ void main() {
     float place = clamp(difference(radiance(picture_a), radiance(picture_b), is_relative != 0) / scale, 0.0, 1.0) * float(last);
     uint below = min(uint(place), last - 1);
     vec3 shown = mix(stop(below), stop(below + 1), place - float(below));
-    if (!ENCODES) shown = decode(shown);
-    color = vec4(shown, 1.0);
+    if (ENCODES) color = vec4(shown, 1.0);
+    else color = vec4(decode(shown), 1.0);
 }
