@@ -17,7 +17,7 @@ const METHODS: [(Method, u32, u32); 4] = [
     (Method::Footprint, 4096, 64),
     (Method::Beams, 4096, 64),
     (Method::Points, 65_536, 64),
-    (Method::Pinhole, 1, 8),
+    (Method::Pinhole, 1, 4),
 ];
 
 /// Charts of meshes need this width.
