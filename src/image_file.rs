@@ -4,7 +4,10 @@ use crate::error::{Error, Result};
 use crate::input::{self, refused};
 use crate::output::write_atomically;
 use crate::scene::memory;
-use exr::meta::BlockDescription;
+use exr::block::chunk::CompressedBlock;
+use exr::compression::Compression;
+use exr::math::Vec2;
+use exr::meta::header::Header;
 use image::codecs::openexr::OpenExrDecoder;
 use image::{DynamicImage, ImageDecoder};
 use std::io::Cursor;
@@ -161,6 +164,7 @@ fn check_exr(content: &[u8], most: [u32; 2], pixel_bytes: u64) -> Result<(), Str
             headers.len()
         ));
     }
+    let threads = rayon::current_num_threads();
     let mut chunks = 0;
     for header in headers {
         let display = header.shared_attributes.display_window;
@@ -188,8 +192,6 @@ fn check_exr(content: &[u8], most: [u32; 2], pixel_bytes: u64) -> Result<(), Str
             {
                 return Err(format!("its {what} window begins at {corner:?}"));
             }
-            let bytes = width as u64 * height as u64 * pixel_bytes;
-            memory::check(&format!("{width} x {height} pixels"), bytes)?;
         }
         if header.deep {
             return Err("it has deep data".into());
@@ -198,19 +200,21 @@ fn check_exr(content: &[u8], most: [u32; 2], pixel_bytes: u64) -> Result<(), Str
         if channels > MAX_CHANNELS {
             return Err(format!("{channels} channels are more than {MAX_CHANNELS}"));
         }
-        let block = match header.blocks {
-            // At most as many lines as the compression takes together.
-            BlockDescription::ScanLines => [header.layer_size.0, 256],
-            BlockDescription::Tiles(tiles) => [tiles.tile_size.0, tiles.tile_size.1],
-        };
-        if block.iter().any(|side| *side > MAX_SIDE as usize) {
-            return Err(format!("its tiles have {} x {} pixels", block[0], block[1]));
+        let block = header.max_block_pixel_size();
+        if block.0.max(block.1) > MAX_SIDE as usize {
+            return Err(format!("its tiles have {} x {} pixels", block.0, block.1));
         }
-        let bytes = block[0] as u64 * block[1] as u64 * header.channels.bytes_per_pixel as u64;
-        if bytes > MAX_BLOCK_BYTES {
+        let block = Vec2(block.0, block.1.min(header.layer_size.1));
+        let block_bytes = (block.area() * header.channels.bytes_per_pixel) as u64;
+        if block_bytes > MAX_BLOCK_BYTES {
             return Err(format!(
-                "a block of it has {bytes} bytes, and {MAX_BLOCK_BYTES} are allowed"
+                "a block of it has {block_bytes} bytes, and {MAX_BLOCK_BYTES} are allowed"
             ));
+        }
+        let blocks = header.chunk_count.min(threads + 2) as u64 * block_bytes * BLOCK_COPIES;
+        for Vec2(width, height) in [display.size, header.layer_size] {
+            let pixels = width as u64 * height as u64 * pixel_bytes;
+            memory::check(&format!("{width} x {height} pixels"), pixels + blocks)?;
         }
         chunks += header.chunk_count;
     }
@@ -218,14 +222,52 @@ fn check_exr(content: &[u8], most: [u32; 2], pixel_bytes: u64) -> Result<(), Str
     if chunks > content.len() / 8 {
         return Err(format!("the file is too short for its {chunks} blocks"));
     }
+    let headers = reader.headers().to_vec();
     for chunk in reader.all_chunks(false).map_err(|e| e.to_string())? {
-        chunk.map_err(|e| format!("a block is damaged or missing: {e}"))?;
+        let damaged = |e: exr::error::Error| format!("a block is damaged or missing: {e}");
+        let chunk = chunk.map_err(damaged)?;
+        let header = &headers[chunk.layer_index];
+        let dwa = matches!(
+            header.compression,
+            Compression::DWAA(_) | Compression::DWAB(_)
+        );
+        if dwa && !dwa_is_sound(header, &chunk.compressed_block).map_err(damaged)? {
+            return Err("the head of a block is damaged".into());
+        }
     }
     Ok(())
 }
 
+/// Whether the sizes that a block in DWA compression begins with are possible ones: the decoder takes as much
+/// memory as they say. They are eleven 64-bit counters (`DataSizesSingle` of OpenEXR's
+/// `internal_dwa_compressor.h`).
+fn dwa_is_sound(header: &Header, block: &CompressedBlock) -> exr::error::Result<bool> {
+    // What is inflated: channels without loss, run lengths before and after their decoding, and the
+    // coefficients of cosines, those of frequency zero apart.
+    const SIZES: [usize; 5] = [1, 6, 7, 8, 9];
+    let content = match block {
+        CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+        CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+        _ => return Ok(false),
+    };
+    let place = header.get_block_data_indices(block)?;
+    let size = header.get_absolute_block_pixel_coordinates(place)?.size;
+    // Pixels that would not become fewer bytes are stored as they are.
+    if content.len() == size.area() * header.channels.bytes_per_pixel {
+        return Ok(true);
+    }
+    // Cosines are over 8 x 8 pixels. Up to 4 bytes a value may be stored, and as much again for lengths of runs.
+    let values = size.0.next_multiple_of(8) * size.1.next_multiple_of(8);
+    let most = (8 * values * header.channels.list.len()) as u64;
+    let counters = content.as_chunks().0;
+    Ok((SIZES.iter())
+        .all(|&at| (counters.get(at)).is_some_and(|size| u64::from_le_bytes(*size) <= most)))
+}
+
 /// Maximum size of a block of pixels that is decoded at once.
 const MAX_BLOCK_BYTES: u64 = 512 << 20;
+/// Bytes that a decoder takes for each byte of a block.
+const BLOCK_COPIES: u64 = 4;
 
 /// Further values for each pixel of an EXR file, as channels `name.R`, `name.G`, `name.B`.
 #[derive(Debug, Clone, Copy)]

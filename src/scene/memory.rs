@@ -57,7 +57,7 @@ fn available() -> u64 {
     free.min(group).min(address_space())
 }
 
-/// What `ulimit -v` says; what is taken of it so far is little.
+/// What `ulimit -v` allows beyond what is taken of it.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn address_space() -> u64 {
     let mut limit = libc::rlimit {
@@ -66,7 +66,15 @@ fn address_space() -> u64 {
     };
     // SAFETY: a valid pointer; where it fails, the limit stays as it is.
     unsafe { libc::getrlimit(libc::RLIMIT_AS, &mut limit) };
-    limit.rlim_cur // RLIM_INFINITY is the largest u64
+    if limit.rlim_cur == libc::RLIM_INFINITY {
+        return u64::MAX;
+    }
+    // In pages, at the start of a line that every Linux has.
+    let pages = std::fs::read_to_string("/proc/self/statm").ok();
+    let pages = pages.and_then(|line| line.split(' ').next()?.parse::<u64>().ok());
+    // SAFETY: it only returns a number.
+    let page = unsafe { libc::sysconf(libc::_SC_PAGESIZE) } as u64;
+    limit.rlim_cur.saturating_sub(pages.unwrap_or(0) * page)
 }
 
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]

@@ -184,10 +184,10 @@ fn hdr_images() -> Seeds {
 fn exr_layer(
     name: &str,
     encoding: Encoding,
+    size: Vec2<usize>,
     channels: &[&str],
     samples: fn(usize) -> FlatSamples,
 ) -> Layer<AnyChannels<FlatSamples>> {
-    let size = Vec2(6, 5);
     let channels = (channels.iter()).map(|name| AnyChannel::new(*name, samples(size.area())));
     let channels = AnyChannels::sort(channels.collect());
     Layer::new(size, LayerAttributes::named(name), encoding, channels)
@@ -204,22 +204,26 @@ macro_rules! exr_file {
 }
 
 fn exr_images() -> Seeds {
-    let half =
-        |count: usize| FlatSamples::F16((0..count).map(|i| f16::from_f32(i as f32)).collect());
-    let float = |count: usize| FlatSamples::F32((0..count).map(|i| 0.1 * i as f32).collect());
-    let whole = |count: usize| FlatSamples::U32((0..count as u32).collect());
+    // Runs of equal values, since blocks that would not become smaller are stored as they are.
+    let half = |count: usize| {
+        FlatSamples::F16((0..count).map(|i| f16::from_f32((i / 16) as f32)).collect())
+    };
+    let float =
+        |count: usize| FlatSamples::F32((0..count).map(|i| 0.1 * (i / 16) as f32).collect());
+    let whole = |count: usize| FlatSamples::U32((0..count as u32).map(|i| i / 16).collect());
     let scan_lines = |compression| Encoding {
         compression,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
     let tiles = |compression| Encoding {
-        blocks: Blocks::Tiles(Vec2(4, 4)),
+        blocks: Blocks::Tiles(Vec2(16, 16)),
         ..scan_lines(compression)
     };
     let mut seeds = Seeds::new();
     let mut add = |name: &str, file: Vec<u8>| seeds.push((format!("{name}.exr"), file));
     let rgb = ["R", "G", "B"];
+    let size = Vec2(24, 18);
     for (name, compression) in [
         ("none", Compression::Uncompressed),
         ("rle", Compression::RLE),
@@ -229,24 +233,25 @@ fn exr_images() -> Seeds {
         ("pxr24", Compression::PXR24),
         ("b44", Compression::B44),
         ("b44a", Compression::B44A),
+        ("dwaa", Compression::DWAA(None)),
+        ("dwab", Compression::DWAB(None)),
     ] {
-        let layer = exr_layer("", scan_lines(compression), &rgb, half);
-        add(&format!("{name}_half"), exr_file!(Image::from_layer(layer)));
-        let layer = exr_layer("", tiles(compression), &["R", "G", "B", "A"], float);
-        add(
-            &format!("{name}_float_tiles"),
-            exr_file!(Image::from_layer(layer)),
-        );
+        let layer = exr_layer("", scan_lines(compression), size, &rgb, half);
+        let file = exr_file!(Image::from_layer(layer));
+        add(&format!("{name}_half"), file);
+        let layer = exr_layer("", tiles(compression), size, &["R", "G", "B", "A"], float);
+        let file = exr_file!(Image::from_layer(layer));
+        add(&format!("{name}_float_tiles"), file);
     }
-    let layer = exr_layer("", scan_lines(Compression::RLE), &rgb, whole);
+    let layer = exr_layer("", scan_lines(Compression::RLE), size, &rgb, whole);
     add("rle_whole", exr_file!(Image::from_layer(layer)));
     let parts = ["left", "right"];
-    let layers = parts.map(|name| exr_layer(name, scan_lines(Compression::ZIP1), &rgb, float));
-    let bounds = IntegerBounds::from_dimensions((6, 5));
+    let layers =
+        parts.map(|name| exr_layer(name, scan_lines(Compression::ZIP1), size, &rgb, float));
+    let bounds = IntegerBounds::from_dimensions(size);
     let image = Image::from_layers(ImageAttributes::new(bounds), layers);
     add("parts", exr_file!(image));
 
-    let size = Vec2(6, 5);
     let levels: Vec<FlatSamples> = exr::meta::mip_map_levels(RoundingMode::Down, size)
         .map(|(_, size)| float(size.area()))
         .collect();
@@ -256,7 +261,7 @@ fn exr_images() -> Seeds {
     };
     let channels = rgb.map(|name| AnyChannel::new(name, levels.clone()));
     let channels = AnyChannels::sort(channels.into_iter().collect());
-    let encoding = tiles(Compression::Uncompressed);
+    let encoding = tiles(Compression::ZIP16);
     let attributes = LayerAttributes::default();
     let layer = Layer::new(size, attributes, encoding, channels);
     add("mip_maps", exr_file!(Image::from_layer(layer)));
