@@ -102,10 +102,13 @@ impl Context {
         let debug =
             (instance.debug_utils).then(|| ext::debug_utils::Device::new(&instance, &device));
         let uuid = queue.is_some().then_some(properties.pipeline_cache_uuid);
+        let mut modules = Modules::new(&device, device::has_texel_buffers(&properties.limits))?;
+        let pipeline_cache =
+            PipelineCache::new(&device, uuid).inspect_err(|_| modules.destroy(&device))?;
         Ok(Arc::new(Self {
             pipelines: Mutex::default(),
-            modules: Modules::new(&device, device::has_texel_buffers(&properties.limits))?,
-            pipeline_cache: PipelineCache::new(&device, uuid)?,
+            modules,
+            pipeline_cache,
             allocator,
             device,
             instance,

@@ -277,7 +277,6 @@ impl Renderer {
         self.is_current = was_current && change == Change::Nothing;
         self.is_direct_current &= change == Change::Nothing;
         self.is_environment_current &= keeps_environment;
-        self.fit_direct_maps()?;
         if change == Change::Stages {
             let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
@@ -289,6 +288,7 @@ impl Renderer {
             let replaced = std::mem::replace(&mut self.caustic, stages);
             self.keep(replaced);
         }
+        self.fit_direct_maps()?;
         self.update_time = start.elapsed();
         Ok(())
     }

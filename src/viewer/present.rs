@@ -32,9 +32,8 @@ pub struct Present {
     bindings: Bindings,
     /// Size of the pictures that each set has, pixels.
     sizes: Vec<[u32; 2]>,
-    /// Of both sides, for pictures of the target's size and for others.
-    sides: [[vk::Pipeline; 2]; 2],
-    /// Made when it is first shown.
+    /// For pictures of the target's size and for others, made when they are first shown.
+    sides: [Option<[vk::Pipeline; 2]>; 2],
     heat_maps: Option<[vk::Pipeline; 2]>,
     format: vk::Format,
     encodes: bool,
@@ -54,21 +53,28 @@ impl Present {
             push_bytes: size_of::<Push>(),
         };
         let bindings = Bindings::new(host, layout, frames)?;
-        let side = |shows_b| {
-            let of = |filters| {
-                let constants = [shows_b, filters, encodes];
-                pipeline(host, bindings.layout, format, &PRESENT, constants)
-            };
-            Ok::<_, nephroid::Error>([of(false)?, of(true)?])
-        };
         Ok(Self {
-            sides: [side(false)?, side(true)?],
             sizes: vec![[0; 2]; frames],
             bindings,
+            sides: [None; 2],
             heat_maps: None,
             format,
             encodes,
         })
+    }
+
+    /// The pipelines for pictures of the target's size and for others.
+    fn pipelines(
+        &self,
+        host: &Host,
+        shader: &WindowShader,
+        shows_b: bool,
+    ) -> Result<[vk::Pipeline; 2]> {
+        let of = |filters| {
+            let constants = [shows_b, filters, self.encodes];
+            pipeline(host, self.bindings.layout, self.format, shader, constants)
+        };
+        Ok([of(false)?, of(true)?])
     }
 
     /// Binds the pictures of both sides for what is recorded next; one side is bound twice. The slot's last frame has ended.
@@ -84,18 +90,17 @@ impl Present {
     ) -> Result<()> {
         self.bindings.write(host, slot, &pictures, None);
         self.sizes[slot] = pictures[0].size;
-        if matches!(shown, Shown::HeatMap { .. }) && self.heat_maps.is_none() {
-            let of = |filters| {
-                let constants = [false, filters, self.encodes];
-                pipeline(
-                    host,
-                    self.bindings.layout,
-                    self.format,
-                    &HEAT_MAP,
-                    constants,
-                )
-            };
-            self.heat_maps = Some([of(false)?, of(true)?]);
+        if matches!(shown, Shown::HeatMap { .. }) {
+            if self.heat_maps.is_none() {
+                self.heat_maps = Some(self.pipelines(host, &HEAT_MAP, false)?);
+            }
+            return Ok(());
+        }
+        let sides = 1 + usize::from(matches!(shown, Shown::Split { .. }));
+        for side in 0..sides {
+            if self.sides[side].is_none() {
+                self.sides[side] = Some(self.pipelines(host, &PRESENT, side == 1)?);
+            }
         }
         Ok(())
     }
@@ -118,7 +123,8 @@ impl Present {
             _ => (1.0, false),
         };
         let filters = self.sizes[slot] != size;
-        let draw = |pipelines: [vk::Pipeline; 2], columns: [u32; 2]| {
+        let draw = |pipelines: Option<[vk::Pipeline; 2]>, columns: [u32; 2]| {
+            let pipelines = pipelines.expect("made when it was bound");
             let push = Push {
                 size: [width, height],
                 exposure: exposure_ev.exp2() as f32,
@@ -149,10 +155,7 @@ impl Present {
         }
         match shown {
             Shown::One => draw(self.sides[0], [0, size[0]]),
-            Shown::HeatMap { .. } => {
-                let heat_maps = self.heat_maps.expect("made when it was bound");
-                draw(heat_maps, [0, size[0]]);
-            }
+            Shown::HeatMap { .. } => draw(self.heat_maps, [0, size[0]]),
             Shown::Split { divider } => {
                 let middle = ((divider * width).round() as u32).min(size[0]);
                 for (side, columns) in self.sides.into_iter().zip([[0, middle], [middle, size[0]]])
@@ -170,8 +173,8 @@ impl Present {
 
     /// The device must be idle.
     pub fn destroy(&self, host: &Host) {
-        let pipelines = self.sides.as_flattened().iter();
-        for &pipeline in pipelines.chain(self.heat_maps.iter().flatten()) {
+        let pipelines = self.sides.iter().chain([&self.heat_maps]).flatten();
+        for &pipeline in pipelines.flatten() {
             // SAFETY: the device is idle.
             unsafe { host.device.destroy_pipeline(pipeline, None) };
         }

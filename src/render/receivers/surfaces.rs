@@ -48,6 +48,14 @@ impl SurfaceTile {
         self.tile.size.map(|side| side.div_ceil(BLOCK))
     }
 
+    /// Number of its blocks in the list of all: tiles of meshes have none.
+    fn block_count(&self) -> u32 {
+        match self.is_rect() {
+            true => self.blocks().iter().product(),
+            false => 0,
+        }
+    }
+
     /// Threads of the rays of one part of the direct map of the environment: every other block of every other row of blocks. A
     /// workgroup has the upper or the lower half of [`GROUP_SIDE`] blocks.
     pub fn environment_threads(&self) -> [u32; 2] {
@@ -59,7 +67,7 @@ impl SurfaceTile {
     }
 
     /// The tile with fewer texels, though no fewer than its light map and than its tile of the direct map of the environment.
-    fn halved(&self, halvings: Halvings, first_block: u32) -> Self {
+    fn halved(&self, halvings: Halvings) -> Self {
         let of_light_map = match self.light_scale {
             0 => u32::MAX,
             scale => scale.ilog2(),
@@ -71,7 +79,6 @@ impl SurfaceTile {
             tile: Tile { size, ..self.tile },
             light_scale: self.light_scale >> lights,
             environment_scale: self.environment_scale >> lights << environment,
-            first_block,
             ..*self
         }
     }
@@ -82,6 +89,14 @@ impl SurfaceTile {
             .size
             .map(|side| side.div_ceil(self.environment_scale))
     }
+}
+
+/// Numbers the blocks of all tiles and returns how many there are.
+fn number_blocks(tiles: &mut [SurfaceTile]) -> u32 {
+    tiles.iter_mut().fold(0, |first_block, tile| {
+        tile.first_block = first_block;
+        first_block + tile.block_count()
+    })
 }
 
 /// How often the sides of tiles are halved, for light of suns and lamps and for that of the environment.
@@ -123,11 +138,11 @@ impl DeviceSurfaces {
         receivers: &DeviceReceivers,
         store: &TriangleStore,
     ) -> Result<Self> {
-        let (mut tiles, mut first_block) = (Vec::new(), 0);
+        let mut tiles = Vec::new();
         for (object, scale, size) in rect_sizes(scene) {
             let environment_scale =
                 (size[0].max(size[1]).div_ceil(MAX_ENVIRONMENT_SIDE)).next_power_of_two();
-            let tile = SurfaceTile {
+            tiles.push(SurfaceTile {
                 tile: Tile {
                     object,
                     origin: [0, 0],
@@ -136,10 +151,8 @@ impl DeviceSurfaces {
                 mesh_receiver: None,
                 light_scale: scale,
                 environment_scale,
-                first_block,
-            };
-            first_block += tile.blocks().iter().product::<u32>();
-            tiles.push(tile);
+                first_block: 0,
+            });
         }
         for (index, tile) in (0..).zip(receivers.mesh_tiles()) {
             tiles.push(SurfaceTile {
@@ -155,10 +168,11 @@ impl DeviceSurfaces {
         for (tile, origin) in tiles.iter_mut().zip(origins) {
             tile.tile.origin = origin;
         }
+        let block_count = number_blocks(&mut tiles);
         let lights = (scene.lights.iter())
             .filter(|light| !matches!(light.kind, LightKind::Environment { .. }))
             .count() as u64;
-        let words = u64::from(first_block) * lights.div_ceil(LIGHTS_PER_WORD.into());
+        let words = u64::from(block_count) * lights.div_ceil(LIGHTS_PER_WORD.into());
         let bytes = (scene.objects.len() * size_of::<DiffuseSurface>()) as u64;
         Ok(Self {
             finest: tiles.clone(),
@@ -167,8 +181,8 @@ impl DeviceSurfaces {
             image_size,
             surfaces: Buffer::new(context, "surfaces", bytes)?,
             blocks: Buffer::new(context, "blocks", 4 * words)?,
-            block_count: first_block,
-            block_surfaces: Buffer::new(context, "block surfaces", 4 * u64::from(first_block))?,
+            block_count,
+            block_surfaces: Buffer::new(context, "block surfaces", 4 * u64::from(block_count))?,
             drawn: Buffer::new(context, "drawn triangles", 4 * store.triangles.len() as u64)?,
             drawn_counts: [0; 3],
             smooth_groups: Buffer::new(context, "smooth groups", 4 * store.triangles.len() as u64)?,
@@ -189,15 +203,10 @@ impl DeviceSurfaces {
         halvings: Halvings,
     ) -> Result<()> {
         self.halvings = halvings;
-        self.block_count = 0;
-        self.tiles.clear();
-        for finest in &self.finest {
-            let tile = finest.halved(halvings, self.block_count);
-            if tile.is_rect() {
-                self.block_count += tile.blocks().iter().product::<u32>();
-            }
-            self.tiles.push(tile);
-        }
+        self.tiles = (self.finest.iter())
+            .map(|finest| finest.halved(halvings))
+            .collect();
+        self.block_count = number_blocks(&mut self.tiles);
         staging.begin();
         self.write_tiles(staging, scene, receivers, store)?;
         self.write_blocks(staging)
@@ -205,10 +214,9 @@ impl DeviceSurfaces {
 
     /// Writes the object of each block.
     fn write_blocks(&self, staging: &mut Staging) -> Result<()> {
-        let of_blocks: Vec<u32> = (self.tiles.iter().filter(|tile| tile.is_rect()))
+        let of_blocks: Vec<u32> = (self.tiles.iter())
             .flat_map(|tile| {
-                let count = tile.blocks().iter().product::<u32>();
-                std::iter::repeat_n(tile.tile.object as u32, count as usize)
+                std::iter::repeat_n(tile.tile.object as u32, tile.block_count() as usize)
             })
             .collect();
         staging.write(&self.block_surfaces, 0, &of_blocks)
