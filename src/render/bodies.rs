@@ -1,6 +1,6 @@
-//! Bounding boxes of objects, and which of them are solid: closed dielectric meshes without a receiver inside.
+//! Bounding boxes of objects, and which of them are solid: closed dielectric meshes without a receiver or a lamp inside.
 
-use crate::scene::{Geometry, MaterialKind, Object, Scene, is_closed};
+use crate::scene::{Geometry, Light, LightKind, MaterialKind, Object, Scene, is_closed};
 use glam::DVec3;
 
 /// Smallest overlap over the size of the body; less is contact.
@@ -45,8 +45,8 @@ impl Bodies {
         }
     }
 
-    /// Whether an object is a closed body without a receiver in it: light that enters it lands nowhere before it meets another
-    /// surface.
+    /// Whether an object is a closed body with neither a receiver nor a lamp in it: light of its first surface that it refracts
+    /// enters it, and lands nowhere before it meets another surface.
     pub fn is_solid(&self, scene: &Scene, index: usize) -> bool {
         let [low, high] = self.bounds[index];
         let contact = CONTACT * low.distance(high);
@@ -54,8 +54,13 @@ impl Bodies {
             let above = (high - contact).cmpgt(other_low);
             (above & (low + contact).cmplt(other_high)).all()
         };
+        let lamp_is_inside = |light: &Light| match light.kind {
+            LightKind::Lamp { position, .. } => is_inside([position; 2]),
+            LightKind::Sun { .. } | LightKind::Environment { .. } => false,
+        };
         self.is_closed[index]
             && !(scene.objects.iter().zip(&self.bounds))
                 .any(|(other, &bounds)| other.light_map.is_some() && is_inside(bounds))
+            && !scene.lights.iter().any(lamp_is_inside)
     }
 }

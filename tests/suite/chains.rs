@@ -9,7 +9,7 @@ use glam::DVec3;
 use nephroid::image_file::RgbImage;
 use nephroid::optics::fresnel_dielectric;
 use nephroid::render::Settings;
-use nephroid::scene::{Dielectric, Geometry, MaterialKind, Rect, Scene};
+use nephroid::scene::{Dielectric, Geometry, LightKind, MaterialKind, Rect, Scene};
 
 const TEXELS: [u32; 2] = [32, 32];
 
@@ -41,6 +41,28 @@ fn middle(map: &RgbImage) -> DVec3 {
     let texels = (low..high).flat_map(|y| (low..high).map(move |x| y * TEXELS[0] as usize + x));
     let sum: DVec3 = (texels.map(|texel| DVec3::from(map.pixels[texel].map(f64::from)))).sum();
     sum / ((high - low) * (high - low)) as f64
+}
+
+/// Light from the centre of a glass ball meets its surface head on, and what is reflected comes back through the centre: the ball changes
+/// nothing. Almost all of that light meets one surface and leaves the body there.
+#[test]
+fn a_ball_around_a_lamp_changes_nothing() {
+    let mut scene = only_receiver(load_with_chains("glass_ball.toml"), "floor", TEXELS);
+    let ball = scene.object_index("ball").unwrap();
+    let [low, high] = scene.objects[ball].geometry.mesh().bounds();
+    scene.lights.truncate(1);
+    scene.lights[0].kind = LightKind::Lamp {
+        position: 0.5 * (low + high),
+        radius: 1e-3,
+        radiant_flux: DVec3::ONE,
+    };
+    let device = Device::open();
+    let map = device.caustic(&scene, "floor", &footprint(16_384));
+    scene.objects.remove(ball);
+    let without = device.direct(&scene, "floor");
+    let ratio = middle(&map) / middle(&without);
+    assert!((ratio - 1.0).abs().max_element() < 0.01, "{ratio}");
+    assert!(l1(&map, &without) < 0.03, "{}", l1(&map, &without));
 }
 
 /// A sheet reflects 2R/(1 + R). The light that it transmits keeps its direction.
