@@ -38,7 +38,7 @@ enum Component {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (files, gpu) = (&arguments.map.files, &arguments.gpu);
     let shots = files.shots(&gpu.timeline, &["exr"])?;
-    let session = Session::open(gpu, &files.scene, shots[0].time)?;
+    let session = Session::open(gpu, files, &shots)?;
     let (receiver, _) = arguments.map.find_receiver(&session.scene)?;
     let component = arguments.component;
     let job = Bake {

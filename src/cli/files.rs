@@ -46,6 +46,25 @@ impl Files {
         check_writable(&shots[shots.len() - 1].file)?;
         Ok(shots)
     }
+
+    /// Loads the scene, if none of the pictures would replace a file that it is read from.
+    pub fn load(&self, shots: &[Shot]) -> Result<Loaded> {
+        let loaded = load_scene(&self.scene)?;
+        let found = |path: &PathBuf| path.canonicalize().ok();
+        let inputs: Vec<PathBuf> = (loaded.files.iter().chain([&self.scene]))
+            .filter_map(found)
+            .collect();
+        match shots
+            .iter()
+            .find(|shot| found(&shot.file).is_some_and(|file| inputs.contains(&file)))
+        {
+            None => Ok(loaded),
+            Some(shot) => Err(Error::Usage {
+                reason: format!("{} is a file of the scene", shot.file.display()),
+                remedy: "write to another file".into(),
+            }),
+        }
+    }
 }
 
 impl MapFiles {

@@ -10,7 +10,7 @@ use super::timeline::{Shot, each_frame, numbered};
 use nephroid::gpu::{PassTime, Submissions};
 use nephroid::image_file::RgbImage;
 use nephroid::measure::{Spread, profile};
-use nephroid::render::{EXPECTED_ERROR, MAX_PATCHES, MAX_RAYS, Renderer, ViewMemory};
+use nephroid::render::{MAX_PATCHES, MAX_RAYS, Renderer, ViewMemory};
 use nephroid::scene::{LightKind, Scene};
 use nephroid::{Error, Result};
 use std::path::Path;
@@ -63,7 +63,7 @@ impl GpuOptions {
         };
         let estimated = (report.caustic.as_ref()).and_then(|caustic| caustic.estimated_error);
         if let Some((asked, estimated)) = self.error_target().zip(estimated)
-            && estimated > 1.01 * EXPECTED_ERROR * asked
+            && estimated > asked
         {
             let note = format!(
                 "the error may be above the {:.2} % to aim for, {:.2} % is estimated: {} patches and {} rays of chains are the most, or the \

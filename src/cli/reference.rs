@@ -1,6 +1,6 @@
 //! `nephroid reference`: ground truth on the CPU.
 
-use super::files::{MapFiles, STANDARD_ERROR, load_scene, lossy, radiance_comment};
+use super::files::{MapFiles, STANDARD_ERROR, lossy, radiance_comment};
 use super::light_map_size::LightMapSize;
 use super::render::picture_size;
 use super::signals::cancelled;
@@ -105,7 +105,7 @@ struct Summary {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let files = &arguments.map.files;
     let shots = files.shots(&arguments.timeline, &["exr"])?;
-    let animation = load_scene(&files.scene)?.animation;
+    let animation = files.load(&shots)?.animation;
     let scene = animation.at(shots[0].time);
     let subject = arguments.subject(&scene)?;
     let cancel = cancelled();

@@ -48,7 +48,7 @@ pub fn picture_size(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (files, gpu) = (&arguments.files, &arguments.gpu);
     let shots = files.shots(&gpu.timeline, &["png", "exr"])?;
-    let session = Session::open(gpu, &files.scene, shots[0].time)?;
+    let session = Session::open(gpu, files, &shots)?;
     gpu.execute(session, files, &shots, arguments)
 }
 

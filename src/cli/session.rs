@@ -1,15 +1,15 @@
 //! A scene on a device, at a time, for the commands that render.
 
-use super::files::load_scene;
+use super::files::Files;
 use super::gpu_options::GpuOptions;
 use super::light_map_size::LightMapSize;
 use super::terminal::log;
+use super::timeline::Shot;
 use nephroid::gpu::{Context, ContextOptions, Messages};
 use nephroid::measure::{ChosenLightMap, choose_light_maps};
 use nephroid::render::{Renderer, Settings};
 use nephroid::scene::{Animation, Scene};
 use nephroid::{Error, Result};
-use std::path::Path;
 use std::sync::Arc;
 
 /// A scene on a device.
@@ -39,10 +39,11 @@ fn scene_at(animation: &Animation, time: f64, lightmap: Option<LightMapSize>) ->
 }
 
 impl Session {
-    /// Loads the scene, opens the device, uploads the scene at `time`.
-    pub fn open(options: &GpuOptions, path: &Path, time: f64) -> Result<Self> {
+    /// Loads the scene, opens the device, uploads the scene at the time of the first picture.
+    pub fn open(options: &GpuOptions, files: &Files, shots: &[Shot]) -> Result<Self> {
         let settings = options.settings()?;
-        let mut animation = load_scene(path)?.animation;
+        let mut animation = files.load(shots)?.animation;
+        let time = shots[0].time;
         let context = Context::new(&ContextOptions {
             device: options.device.clone(),
             validate: options.validate,

@@ -121,7 +121,7 @@ impl Buffer {
                     "it needs {bytes} bytes and the device allows {} for one buffer",
                     context.max_storage_bytes()
                 ),
-                remedy: "use a coarser mesh or fewer samples".into(),
+                remedy: "use coarser meshes, smaller light maps or fewer samples".into(),
             });
         }
         let info = vk::BufferCreateInfo::default().size(bytes).usage(
