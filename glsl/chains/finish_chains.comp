@@ -43,12 +43,18 @@ layout(std430, binding = 17) writeonly buffer LandingHits { ChainHit landing_hit
 #include "light_beam.glsl"
 #include "chain_landing.glsl"
 
-// The first receiver that the path's light lands on, with light of one part of the spectrum, chosen by a number from 0 to 1.
-bool finish(ChainPath path, ChainHit hit, float number, inout ChainFootprint footprint) {
-    for (uint index = 0; index < push.receiver_count; index++) {
+// The receiver that the path ends on, or else, where it does not go on, the first one that the edge of its light lands on. With light of
+// one part of the spectrum, chosen by a number from 0 to 1.
+bool finish(ChainPath path, ChainHit hit, bool goes_on, float number, inout ChainFootprint footprint) {
+    uint tries = (goes_on ? 1 : 2) * push.receiver_count;
+    for (uint i = 0; i < tries; i++) {
+        uint index = i % push.receiver_count;
         PlanarReceiver receiver = planar_receiver_at(index);
         Landing landing;
         if (!land(path, hit, receiver, index, landing)) continue;
+        // Behind another rect, only the edge lands.
+        bool is_edge = landing.distance_ > hit.distance * 1.0001 || !is_in_tile(receiver, landing.centre);
+        if (is_edge && i < push.receiver_count) continue;
         uint parts = parts_of(landing);
         vec3 flux = float(parts) * flux_after(path, landing.distance_);
         choose_part(landing, flux, min(uint(number * float(parts)), parts - 1), parts);
@@ -80,19 +86,20 @@ void main() {
             landing_hit = hit;
             landing_hit.footprints = ON_MESHES;
         }
-        bool lands = is_of_chains(path) && finish(path, hit, choice(index, interfaces_of(path)), footprint);
-        if (lands || interfaces_of(path) >= push.max_interfaces || !interact(path, hit, at)) {
+        bool goes_on = interfaces_of(path) < push.max_interfaces && interact(path, hit, at);
+        bool lands = is_of_chains(path) && finish(path, hit, goes_on, choice(index, interfaces_of(path)), footprint);
+        if (lands || !goes_on) {
             if (COUNTS_FLUX) count_end(path, hit);
             break;
         }
         Lobe lobe;
         bool refracts;
-        bool goes_on = choose_lobe(path, at, choice(index, interfaces_of(path)), lobe, refracts);
+        bool is_followed = choose_lobe(path, at, choice(index, interfaces_of(path)), lobe, refracts);
         if (COUNTS_FLUX) {
             count_surface(path, at);
-            if (!goes_on) count_flux(lobe.end, colour_of(path) * lobe.flux);
+            if (!is_followed) count_flux(lobe.end, colour_of(path) * lobe.flux);
         }
-        if (!goes_on) break;
+        if (!is_followed) break;
         path = next_path(path, hit, at, transfer_to(path, hit, at), lobe, refracts);
     }
     footprints[place] = footprint;

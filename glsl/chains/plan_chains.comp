@@ -113,8 +113,14 @@ uint bands_for(LatticePilot pilot) {
     return uint(bands);
 }
 
-uint fewer_halvings(uint halvings, uint fewer) {
-    return halvings == NO_RAYS ? NO_RAYS : uint(max(int(halvings) - int(fewer), 0));
+// Beyond all halvings, where lattices give up the bands of the spectrum, too. There is room for a ray a cell.
+const uint MOST_GIVEN_UP = 31;
+
+// The plan of a lattice that gives up so many halvings.
+LatticePlan with_fewer(LatticePlan plan, uint fewer) {
+    if (plan.halvings != NO_RAYS) plan.halvings = uint(max(int(plan.halvings) - int(fewer), 0));
+    if (fewer == MOST_GIVEN_UP) plan.bands = 1;
+    return plan;
 }
 
 // One workgroup.
@@ -146,12 +152,11 @@ void main() {
     barrier();
     // All lattices give up halvings until there is room for their rays and footprints.
     uint fewer = 0;
-    for (; fewer < 32; fewer++) {
+    for (; fewer < MOST_GIVEN_UP; fewer++) {
         float rays = 0.0;
         float footprints = 0.0;
         for (uint i = 0; i < push.lattice_count; i++) {
-            LatticePlan plan = lattice_plans[i];
-            plan.halvings = fewer_halvings(plan.halvings, fewer);
+            LatticePlan plan = with_fewer(lattice_plans[i], fewer);
             rays += ray_count(lattices[i], lattice_pilots[i], plan);
             footprints += footprint_count(lattice_pilots[i], plan);
         }
@@ -159,7 +164,7 @@ void main() {
     }
     barrier();
     for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
-        lattice_plans[i].halvings = fewer_halvings(lattice_plans[i].halvings, fewer);
+        lattice_plans[i] = with_fewer(lattice_plans[i], fewer);
     }
     memoryBarrierBuffer();
     barrier();

@@ -92,12 +92,13 @@ pub struct Overlays {
     cells: [Option<BoundPipeline>; 2],
 }
 
-/// A kind of splats: name of their buffer, and the shaders that draw them into the light maps and outline them.
+/// A kind of splats: name of their buffer, and the shaders that draw them into the light maps, count and outline them.
 struct Kind<'a> {
     name: &'static str,
     splats: &'a Buffer,
     vertex: &'static Shader,
     topology: Topology,
+    count: &'static Shader,
     outline: Option<[&'static Shader; 2]>,
 }
 
@@ -112,6 +113,7 @@ fn kinds(caustic: &Caustic) -> Vec<Kind<'_>> {
         splats,
         vertex,
         topology: Topology::Triangles,
+        count: &shaders::OVERLAY_COUNT_FRAG,
         outline,
     };
     match caustic {
@@ -145,7 +147,10 @@ fn kinds(caustic: &Caustic) -> Vec<Kind<'_>> {
                     &shaders::OVERLAY_FOOTPRINT_FRAG,
                 ];
                 let vertex = &shaders::CHAIN_FOOTPRINT_VERT;
-                kind("footprints", &chains.footprints, vertex, Some(outline))
+                Kind {
+                    count: &shaders::OVERLAY_CHAIN_COUNT_FRAG,
+                    ..kind("footprints", &chains.footprints, vertex, Some(outline))
+                }
             });
             let projectors = projectors.iter().map(|projector| {
                 let outline = (projector.splats == "footprints").then_some(footprint);
@@ -198,7 +203,7 @@ impl Overlays {
         let mut receivers = None;
         if let Some(image) = &counts {
             for kind in &kinds {
-                let drawing = [kind.vertex, &shaders::OVERLAY_COUNT_FRAG];
+                let drawing = [kind.vertex, kind.count];
                 let own = [(kind.name, Resource::Buffer(kind.splats))];
                 count.push(scene.graphics(context, drawing, kind.topology, &own)?);
             }
