@@ -19,9 +19,10 @@ DiscPart part_above(vec3 middle, float radius, vec3 plane, float least) {
     const float PI = radians(180.0);
     float sine = dot(plane, middle);
     vec3 along = plane - sine * middle;
-    DiscPart part = DiscPart(middle, 1.0, along * inversesqrt(max(dot(along, along), 1e-20)), 1.0, sine - least + radius);
+    float across = sin(radius);
+    DiscPart part = DiscPart(middle, 1.0, along * inversesqrt(max(dot(along, along), 1e-20)), 1.0, sine - least + across);
     // A chord at the distance -h from the middle of the unit disc cuts off what is below. Moments of the rest over the disc's area.
-    float h = clamp((sine - least) / max(radius, 1e-6), -1.0, 1.0);
+    float h = clamp((sine - least) / max(across, 1e-6), -1.0, 1.0);
     float half_chord = sqrt(1.0 - h * h);
     float angle = asin(h);
     float area = 0.5 + (h * half_chord + angle) / PI;
@@ -29,7 +30,7 @@ DiscPart part_above(vec3 middle, float radius, vec3 plane, float least) {
     float second = 0.125 + (angle - h * half_chord * (1.0 - 2.0 * h * h)) / (4.0 * PI);
     if (radius > 0.0 && h < 1.0) {
         part.share = max(area, 0.0);
-        float mean = min(first / max(area, 1e-5), 1.0);
+        float mean = area > 1e-5 ? min(first / area, 1.0) : -h;
         part.direction = normalize(middle + radius * mean * part.along);
         part.narrowed = 2.0 * sqrt(max(second / max(area, 1e-5) - mean * mean, 0.0));
     }

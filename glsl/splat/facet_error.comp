@@ -17,10 +17,15 @@ layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
 #include "facet_visibility.glsl"
 #include "blocks.glsl"
 
-// Whether the corners of a facet do not agree on a receiver.
+// Whether the corners of a facet do not agree on a lobe on a receiver.
 bool is_mixed(uint pair, uint receiver) {
-    uvec3 states = states_at_corners(facet_at(pair % push.facet_count), pair / push.facet_count, receiver * push.lobes);
-    return any(equal(states, uvec3(BLOCKED))) && any(equal(states, uvec3(LIT)));
+    Facet facet = facet_at(pair % push.facet_count);
+    bool found = false;
+    for (uint lobe = 0; lobe < push.lobes; lobe++) {
+        uvec3 states = states_at_corners(facet, pair / push.facet_count, receiver * push.lobes + lobe);
+        found = found || any(equal(states, uvec3(BLOCKED))) && any(equal(states, uvec3(LIT)));
+    }
+    return found;
 }
 
 void main() {

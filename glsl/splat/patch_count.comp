@@ -102,7 +102,7 @@ void main() {
             // Corners that send no light into the receiver say nothing about the rest of the patch.
             is_mixed = any(equal(states, uvec3(BLOCKED))) || !any(equal(states, uvec3(LIT)));
         }
-        // All patches of a facet have the same pieces, so that they fit together.
+        // Patches of a facet that are lit alike have the same pieces, so that they fit together.
         float blur = unpackHalf2x16(of_facet.height_blur).y;
         uint pieces = push.error > 0.0 && needs_pieces(outline, blur, push.error) ? shares[target / push.lobes].pieces : 1;
         // The lit part of the disc lands beside the middle of its image.
