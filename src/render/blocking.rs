@@ -130,8 +130,16 @@ impl Renderer {
         if !self.caustic.has_chains() {
             return Ok(None);
         }
-        let levels = Levels::new(&self.context, &self.scene)?;
+        // The stages of the frame are bound to buffers of their own size.
         let rays = self.scene.lattices.ray_capacity;
+        let counted = self.count_flux_of_all_rays();
+        self.scene.lattices.ray_capacity = rays;
+        counted.map(Some)
+    }
+
+    /// Has room for more and more rays until there is room for all.
+    fn count_flux_of_all_rays(&mut self) -> Result<FluxBalance> {
+        let levels = Levels::new(&self.context, &self.scene)?;
         loop {
             let error = self.settings.error;
             let chains = Chains::new(&self.context, &mut self.scene, &levels, error, true)?;
@@ -140,9 +148,7 @@ impl Renderer {
             self.recorder.submit()?;
             let needed = self.rays_with(chains.lacking_halvings()?);
             if needed == self.scene.lattices.ray_capacity {
-                // The stages of the frame are bound to buffers of their own size.
-                self.scene.lattices.ray_capacity = rays;
-                return chains.read_flux_balance(&self.scene).map(Some);
+                return chains.read_flux_balance(&self.scene);
             }
             self.scene.lattices.ray_capacity = needed;
             self.begin()?;
@@ -171,6 +177,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::caustic`].
     pub fn direct(&mut self) -> Result<()> {
+        self.fit_direct_maps()?;
         self.begin()?;
         frame::upload(&mut self.recorder, &mut self.scene)?;
         self.record_direct()?;
@@ -196,6 +203,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::caustic`].
     pub fn view(&mut self, camera: &Camera, size: [u32; 2], side: u32) -> Result<()> {
+        self.fit_direct_maps()?;
         self.prepare_view(size, side)?;
         let was_current = self.is_current;
         self.caustic()?;

@@ -5,14 +5,14 @@ use crate::error::Result;
 use crate::render::receivers::surfaces::Halvings;
 
 impl Renderer {
-    /// Has direct light that is computed from the next update on halve the sides of its maps so often, for pictures in motion, whose
-    /// time it would dominate. Maps keep the texels of light maps, and those with at most 256 texels along a side are not halved.
-    /// Maps that show the scene in more detail are kept; coarser ones are computed again.
+    /// Has direct light that is computed from the next frame on halve the sides of its maps so often, for pictures in motion, whose
+    /// time it would dominate. Maps of suns and lamps keep the texels of light maps, and those with at most 256 texels along a side are not
+    /// halved; that of the environment is no finer. Maps that show the scene in more detail are kept; coarser ones are computed again.
     pub fn set_direct_halvings(&mut self, halvings: u32) {
         self.direct_halvings = halvings;
     }
 
-    /// Brings the tiles of the direct maps to the size that [`Renderer::set_direct_halvings`] asks for, in an update.
+    /// Brings the tiles of the direct maps to the size that [`Renderer::set_direct_halvings`] asks for, before a frame that has them.
     pub(super) fn fit_direct_maps(&mut self) -> Result<()> {
         let wanted = self.direct_halvings;
         let now = self.scene.surfaces.halvings;
@@ -27,16 +27,19 @@ impl Renderer {
         if halvings == now {
             return Ok(());
         }
-        self.is_environment_current &= environment == now.environment;
-        self.is_direct_current = false;
         let scene = &mut self.scene;
         let surfaces = &mut scene.surfaces;
+        let (lights_change, environment_changes) = surfaces.set_halvings(halvings);
+        self.is_environment_current &= !environment_changes;
+        if !lights_change && !environment_changes {
+            return Ok(());
+        }
+        self.is_direct_current = false;
         let (of, receivers, store) = (&scene.scene, &scene.receivers, &scene.geometry.store);
         // What is not written now, the next update writes.
-        surfaces
-            .set_halvings(&mut scene.staging, of, receivers, store, halvings)
-            .inspect_err(|_| scene.is_stale = true)?;
+        let written = surfaces.write(&mut scene.staging, of, receivers, store);
+        scene.is_stale |= written.is_err();
         self.tiles = host::tiles(&self.scene);
-        Ok(())
+        written
     }
 }

@@ -199,6 +199,9 @@ impl Renderer {
         }
         self.retire();
         self.update(frame.scene)?;
+        if frame.direct || frame.view.is_some() {
+            self.fit_direct_maps()?;
+        }
         if let Some(view) = frame.view {
             self.prepare_view(view.size, view.antialias)?;
             self.prepare_overlays()?;
@@ -220,6 +223,8 @@ impl Renderer {
         (self.recorder.end_host().and(recorded)).inspect_err(|_| {
             self.recorder.forget_last();
             self.counter.iter_mut().for_each(Counter::forget_last);
+            // The copies of the scene's changes are lost, too.
+            self.scene.is_stale = true;
             self.invalidate();
         })?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
@@ -270,7 +275,7 @@ impl Renderer {
     pub fn update(&mut self, scene: &Scene) -> Result<()> {
         let start = Instant::now();
         let capacity = self.scene.casters.patch_capacity;
-        // Where an update fails, nothing is current.
+        // Where an update fails, the caustic is not current.
         let was_current = std::mem::take(&mut self.is_current);
         let keeps_environment = self.scene.keeps_environment(scene);
         let change = self.scene.update(&self.context, scene)?;
@@ -288,7 +293,6 @@ impl Renderer {
             let replaced = std::mem::replace(&mut self.caustic, stages);
             self.keep(replaced);
         }
-        self.fit_direct_maps()?;
         self.update_time = start.elapsed();
         Ok(())
     }

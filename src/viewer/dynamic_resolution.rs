@@ -71,8 +71,8 @@ impl DynamicResolution {
         } else if share > 1.0 && self.step + 1 < SCALES.len() {
             self.go_to(self.step + 1);
             self.before = Some(median);
-        } else if 2.0 * share < 1.0 && self.step > 0 {
-            // Twice the pixels take twice the time at most.
+        } else if 4.0 * share < 1.0 && self.step > 0 {
+            // Twice the pixels take twice the time, and maps of direct light with twice as many texels along a side four times.
             self.go_to(self.step - 1);
         }
     }

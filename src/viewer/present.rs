@@ -74,7 +74,12 @@ impl Present {
             let constants = [shows_b, filters, self.encodes];
             pipeline(host, self.bindings.layout, self.format, shader, constants)
         };
-        Ok([of(false)?, of(true)?])
+        let unfiltered = of(false)?;
+        let filtered = of(true).inspect_err(|_| {
+            // SAFETY: a pipeline of this device that nothing uses.
+            unsafe { host.device.destroy_pipeline(unfiltered, None) };
+        })?;
+        Ok([unfiltered, filtered])
     }
 
     /// Binds the pictures of both sides for what is recorded next; one side is bound twice. The slot's last frame has ended.

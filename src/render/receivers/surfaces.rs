@@ -190,23 +190,35 @@ impl DeviceSurfaces {
         })
     }
 
-    /// Writes the surfaces with the tiles as coarse as this.
-    ///
-    /// # Errors
-    /// [`crate::Error::Device`] where the device fails.
-    pub fn set_halvings(
-        &mut self,
-        staging: &mut Staging,
-        scene: &Scene,
-        receivers: &DeviceReceivers,
-        store: &TriangleStore,
-        halvings: Halvings,
-    ) -> Result<()> {
+    /// Makes the tiles as coarse as this, to be written. Returns whether that changes any, and any of the environment.
+    pub fn set_halvings(&mut self, halvings: Halvings) -> (bool, bool) {
         self.halvings = halvings;
+        let last = std::mem::take(&mut self.tiles);
         self.tiles = (self.finest.iter())
             .map(|finest| finest.halved(halvings))
             .collect();
         self.block_count = number_blocks(&mut self.tiles);
+        let changes = |size: fn(&SurfaceTile) -> [u32; 2]| {
+            let sizes = self.tiles.iter().map(size);
+            !sizes.eq(last.iter().map(size))
+        };
+        (
+            changes(|tile| tile.tile.size),
+            changes(SurfaceTile::environment_size),
+        )
+    }
+
+    /// Writes the surfaces with their tiles.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    pub fn write(
+        &self,
+        staging: &mut Staging,
+        scene: &Scene,
+        receivers: &DeviceReceivers,
+        store: &TriangleStore,
+    ) -> Result<()> {
         staging.begin();
         self.write_tiles(staging, scene, receivers, store)?;
         self.write_blocks(staging)
