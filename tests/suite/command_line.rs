@@ -240,6 +240,22 @@ fn unwritable_output_is_found_before_the_work() {
     );
 }
 
+/// What a scene is read from stays, by whatever path the output names it.
+#[test]
+fn a_picture_does_not_replace_a_file_of_its_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let file = at("scene.exr");
+    std::fs::copy(scene("mirror.toml"), &file).unwrap();
+    std::fs::create_dir(at("inner")).unwrap();
+    for output in ["scene.exr", "inner/../scene.exr"] {
+        let parts = ["is a file of the scene", "remedy: write to another file"];
+        refuses(&mut reference(&file, &at(output)), 2, &parts);
+    }
+    let kept = std::fs::read(&file).unwrap();
+    assert_eq!(kept, std::fs::read(scene("mirror.toml")).unwrap());
+}
+
 fn grey(folder: &Path, name: &str, width: u32, value: f32) -> PathBuf {
     let path = folder.join(name);
     let image = RgbImage {

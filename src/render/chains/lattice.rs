@@ -217,12 +217,14 @@ impl DeviceLattices {
         for Group { object, windows } in groups {
             let first_of_group = lattices.len() as u32;
             let group_size = windows.len() as u32;
-            for ((light, window), number) in windows.into_iter().zip(0..) {
+            let first_light = windows.first().map_or(0, |(light, _)| *light);
+            for (light, window) in windows {
                 let (columns, rows) =
                     window.columns_and_rows(pilot.max(rays * 0.25f64.powi(refinements as i32)));
                 let edge_u = window.edge_u / f64::from(columns);
                 let edge_v = window.edge_v / f64::from(rows);
-                let [u, v] = shift_of(number);
+                // The windows of a lamp continue one another.
+                let [u, v] = shift_of(light - first_light);
                 lattices.push(ChainLattice {
                     origin: (window.origin + u * edge_u + v * edge_v).as_vec3(),
                     first,
