@@ -110,6 +110,20 @@ mod tests {
         assert_eq!(after(&mut resolution, 0.001, 0.01, 15.0), 1.0);
     }
 
+    /// Maps of direct light have half as many texels along a side at each step.
+    #[test]
+    fn maps_that_take_four_times_as_long_at_the_next_step_do_not_make_it_flip() {
+        let mut resolution = DynamicResolution::default();
+        let scales: Vec<f32> = (0..60)
+            .map(|_| {
+                let scale = resolution.scale();
+                resolution.add(2.0 + 120.0 * f64::from(scale).powi(4), 15.0);
+                scale
+            })
+            .collect();
+        assert!(scales[30..].iter().all(|scale| *scale == SCALES[1]));
+    }
+
     #[test]
     fn pixels_stay_where_they_do_not_take_the_time() {
         let mut resolution = DynamicResolution::default();
