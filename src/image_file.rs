@@ -266,7 +266,7 @@ fn dwa_is_sound(header: &Header, block: &CompressedBlock) -> exr::error::Result<
 
 /// Maximum size of a block of pixels that is decoded at once.
 const MAX_BLOCK_BYTES: u64 = 512 << 20;
-/// Bytes that a decoder takes for each byte of a block.
+/// Bytes that a decoder takes for each byte of a block, at most: 2 to 3 were measured over all compressions.
 const BLOCK_COPIES: u64 = 4;
 
 /// Further values for each pixel of an EXR file, as channels `name.R`, `name.G`, `name.B`.

@@ -43,8 +43,8 @@ layout(std430, binding = 17) writeonly buffer LandingHits { ChainHit landing_hit
 #include "light_beam.glsl"
 #include "chain_landing.glsl"
 
-// The receiver that the path ends on, or else, where it does not go on, the first one that the edge of its light lands on. With light of
-// one part of the spectrum, chosen by a number from 0 to 1.
+// Lands the path on the receiver that it meets, or else, where it does not go on, on the first one that only the edge of its light reaches.
+// A number from 0 to 1 chooses the part of the spectrum.
 bool finish(ChainPath path, ChainHit hit, bool goes_on, float number, inout ChainFootprint footprint) {
     uint tries = (goes_on ? 1 : 2) * push.receiver_count;
     for (uint i = 0; i < tries; i++) {
@@ -52,8 +52,7 @@ bool finish(ChainPath path, ChainHit hit, bool goes_on, float number, inout Chai
         PlanarReceiver receiver = planar_receiver_at(index);
         Landing landing;
         if (!land(path, hit, receiver, index, landing)) continue;
-        // Behind another rect, only the edge lands.
-        bool is_edge = landing.distance_ > hit.distance * 1.0001 || !is_in_tile(receiver, landing.centre);
+        bool is_edge = !is_in_tile(receiver, landing.centre);
         if (is_edge && i < push.receiver_count) continue;
         uint parts = parts_of(landing);
         vec3 flux = float(parts) * flux_after(path, landing.distance_);

@@ -113,7 +113,7 @@ uint bands_for(LatticePilot pilot) {
     return uint(bands);
 }
 
-// Beyond all halvings, where lattices give up the bands of the spectrum, too. There is room for a ray a cell.
+// More than there are halvings. Lattices that give up so many give up the bands of the spectrum, too: there is room for one ray per cell.
 const uint MOST_GIVEN_UP = 31;
 
 // The plan of a lattice that gives up so many halvings.

@@ -2,7 +2,7 @@
 // light by light, then the lattices of the facets that are divided. The including shader declares the buffer
 // `visibility`, where facet_flux.comp lists the targets that rays from a facet's corner are needed for.
 
-const uint UNKNOWN = 0; // nobody asks: the corner sends no light into the receiver's rectangle
+const uint UNKNOWN = 0; // not traced: the corner sends no light into the receiver's rectangle
 const uint BLOCKED = 1;
 const uint LIT = 2;
 

@@ -17,7 +17,7 @@ layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
 #include "facet_visibility.glsl"
 #include "blocks.glsl"
 
-// Whether the corners of a facet do not agree on a lobe on a receiver.
+// Whether the light of one of the lobes reaches a receiver from some corners of a facet and is blocked at others.
 bool is_mixed(uint pair, uint receiver) {
     Facet facet = facet_at(pair % push.facet_count);
     bool found = false;

@@ -50,13 +50,13 @@ impl Files {
     /// Loads the scene, if none of the pictures would replace a file that it is read from.
     pub fn load(&self, shots: &[Shot]) -> Result<Loaded> {
         let loaded = load_scene(&self.scene)?;
-        let found = |path: &PathBuf| path.canonicalize().ok();
+        let canonical = |path: &PathBuf| path.canonicalize().ok();
         let inputs: Vec<PathBuf> = (loaded.files.iter().chain([&self.scene]))
-            .filter_map(found)
+            .filter_map(canonical)
             .collect();
         match shots
             .iter()
-            .find(|shot| found(&shot.file).is_some_and(|file| inputs.contains(&file)))
+            .find(|shot| canonical(&shot.file).is_some_and(|file| inputs.contains(&file)))
         {
             None => Ok(loaded),
             Some(shot) => Err(Error::Usage {

@@ -57,7 +57,7 @@ fn available() -> u64 {
     free.min(group).min(address_space())
 }
 
-/// What `ulimit -v` allows beyond what is taken of it.
+/// Bytes of address space that `ulimit -v` leaves to this process.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn address_space() -> u64 {
     let mut limit = libc::rlimit {
@@ -69,7 +69,7 @@ fn address_space() -> u64 {
     if limit.rlim_cur == libc::RLIM_INFINITY {
         return u64::MAX;
     }
-    // In pages, at the start of a line that every Linux has.
+    // The first number of statm is the size of the address space in use, in pages (proc(5)).
     let pages = std::fs::read_to_string("/proc/self/statm").ok();
     let pages = pages.and_then(|line| line.split(' ').next()?.parse::<u64>().ok());
     // SAFETY: it only returns a number.

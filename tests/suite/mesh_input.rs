@@ -74,6 +74,7 @@ fn a_mesh_that_memory_does_not_suffice_for_is_refused() {
         3,
         &[
             "part.obj: 3000000 triangles would take some 3.4 GiB of memory, and 0.",
+            "GiB are available",
             "remedy: free some memory, or use a coarser mesh",
         ],
     );
@@ -100,6 +101,7 @@ fn a_light_map_that_memory_does_not_suffice_for_is_refused() {
             2,
             &[
                 &format!("texels would take some {gigabytes} GiB of memory, and 0."),
+                "GiB are available",
                 "remedy: ",
             ],
         );

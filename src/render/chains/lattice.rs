@@ -223,7 +223,7 @@ impl DeviceLattices {
                     window.columns_and_rows(pilot.max(rays * 0.25f64.powi(refinements as i32)));
                 let edge_u = window.edge_u / f64::from(columns);
                 let edge_v = window.edge_v / f64::from(rows);
-                // The windows of a lamp continue one another.
+                // All windows of a lamp have the same shift, so that their lattices continue one another.
                 let [u, v] = shift_of(light - first_light);
                 lattices.push(ChainLattice {
                     origin: (window.origin + u * edge_u + v * edge_v).as_vec3(),
@@ -313,8 +313,8 @@ struct Group {
     windows: Vec<(u32, Window)>,
 }
 
-/// By which a lattice of a group is shifted, in cells. The rays of each pass their cells at another place, so that errors which a coarse
-/// lattice makes at the outline of a caster cancel over the group. The places are those of the additive recurrence R2 (Roberts, *The
+/// By which a lattice of a group is shifted, in cells, for the number of its light in the group. The rays of each light pass their cells at
+/// another place, so that errors which a coarse lattice makes at the outline of a caster cancel over the group. The places are those of the additive recurrence R2 (Roberts, *The
 /// unreasonable effectiveness of quasirandom sequences*, 2018) from `WITHIN_CELL` on (`lattice_ray.glsl`).
 fn shift_of(number: u32) -> [f64; 2] {
     const WITHIN_CELL: [f64; 2] = [0.4716, 0.5387];

@@ -190,7 +190,8 @@ impl DeviceSurfaces {
         })
     }
 
-    /// Makes the tiles as coarse as this, to be written. Returns whether that changes any, and any of the environment.
+    /// Makes the tiles as coarse as this, to be written. Returns whether that changes the size of a tile, and that of a tile
+    /// of the environment.
     pub fn set_halvings(&mut self, halvings: Halvings) -> (bool, bool) {
         self.halvings = halvings;
         let last = std::mem::take(&mut self.tiles);
