@@ -74,7 +74,7 @@ bool land_on(ChainPath path, ChainHit hit, float finest, inout PilotRay ray, ino
 PilotRay follow(ChainPath path, uint seed, float finest, out PilotEnd end) {
     PilotRay ray = PilotRay(0.0, 0, 0, 0.0);
     end = PilotEnd(vec3(0.0), 0.0);
-    Light light = light_at(light_of(path));
+    Light light = part_at(light_at(light_of(path)), path.position);
     float deviation = 0.0; // of the light's directions at the first surface, rad
     for (;;) {
         ChainHit hit = hit_of(path);

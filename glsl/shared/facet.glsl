@@ -1,10 +1,11 @@
 // Facets of casters and their images on planar receivers. The including shader declares the buffers `triangles`,
-// `normals` and `objects`, and includes light.glsl, optics.glsl and planar_receiver.glsl.
+// `normals`, `objects` and `lights`, and includes light.glsl, optics.glsl and planar_receiver.glsl.
 
 // The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
 layout(constant_id = ID_BEAMS) const bool BEAMS = false;
 
 #include "disc_part.glsl"
+#include "light_part.glsl"
 
 // The plane of a facet's triangle, oriented toward a light. Coordinates st are those of the triangle: 0 0, 1 0 and 0 1
 // are its corners.
@@ -20,6 +21,12 @@ struct Surface {
     uint triangle;
     Object object;
 };
+
+// The light, or the part of a lamp, that a facet of this triangle sees.
+Light light_toward(uint light, uint triangle) {
+    Triangle at = triangle_at(triangle);
+    return part_seen_from(light_at(light), at.position + (at.edge1 + at.edge2) / 3.0);
+}
 
 // The surface of `index` as `light` sees it. The back of a surface that only reflects is dark: eta = 0 and the facing
 // normal turned away.

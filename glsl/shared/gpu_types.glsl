@@ -57,7 +57,7 @@ struct Light {
     float size;      // sun: angular radius; lamp: radius
     vec3 power;      // lamp: radiant intensity, W/sr; sun and cell: irradiance of a plane that faces the light, W/m^2
     uint is_lamp;
-    vec3 axis1;      // sun and cell: axis1 and axis2 are a root of the covariance of the light's directions, rad
+    vec3 axis1;      // sun and cell: axis1 and axis2 are a root of the covariance of the light's directions, rad; part of a lamp: centre and radius, in units of the lamp's radius
     float half_azimuth; // cell: half the range of azimuths, rad
     vec3 axis2;
     float half_sine;    // cell: half the range of the sine of elevation

@@ -31,8 +31,8 @@ ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved) {
     } else {
         vec3 way = at - light.place;
         float distance_ = length(way);
-        path.position = light.place;
         path.direction = way / distance_;
+        path.position = part_along(light, path.direction, edge_u).place;
         // The solid angle of the cell.
         float cosine = abs(dot(path.direction, cross(edge_u, edge_v))) / area;
         path.flux = light.power * (area * cosine / (distance_ * distance_));

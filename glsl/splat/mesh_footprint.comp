@@ -21,6 +21,7 @@ layout(std430, binding = 10) writeonly buffer GroupCounts { uvec2 group_counts[]
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
+#include "light_part.glsl"
 #include "kernel_fit.glsl"
 #include "flux.glsl"
 #include "mesh_footprint.glsl"
@@ -70,7 +71,7 @@ void main() {
     if (local < push.pair_count) {
         uint pair = push.first_pair + local;
         Patch patch_ = patches[pair % push.patch_count];
-        Light light = light_at(pair / push.patch_count);
+        Light light = part_seen_from(light_at(pair / push.patch_count), patch_.position);
         LightDisc disc = disc_at(light, patch_.position);
         float eta = orient_toward(patch_, disc.direction);
         uint first_slot = local * MESH_FOOTPRINT_SLOTS * push.lobes * push.receiver_count;

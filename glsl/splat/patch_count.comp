@@ -76,7 +76,7 @@ void main() {
     uint patch_index = thread_index();
     if (patch_index >= totals[UNITS_WORD]) return;
     PatchPlace place = find_patch(patch_index);
-    Light light = light_at(place.light_index);
+    Light light = light_toward(place.light_index, place.facet.triangle);
     Surface surface = surface_toward(place.facet.triangle, light);
     ivec3 at = lattice_cell(place.index, place.division);
     Cell cell = cell_of(facet_cell(place.facet), place.index, place.division);

@@ -313,7 +313,7 @@ void main() {
         packed = patch_splats[patch_index * count + ++target];
     }
     PatchPlace place = find_patch(patch_index);
-    Light light = light_at(place.light_index);
+    Light light = light_toward(place.light_index, place.facet.triangle);
     Surface surface = surface_toward(place.facet.triangle, light);
     float eta = target % push.lobes == 0 ? 0.0 : surface.eta;
     PlanarReceiver receiver = planar_receiver_at(target / push.lobes);

@@ -71,7 +71,7 @@ void main() {
         targets = patches.targets;
         st = place_in(facet_cell(facet), vec2(place) / float(n));
     }
-    Light light = light_at(light_index);
+    Light light = light_toward(light_index, triangle);
     Surface surface = surface_toward(triangle, light);
     OutgoingRay rays[2] = OutgoingRay[](leave(surface, light, 0.0, st), leave(surface, light, surface.eta, st));
     // Corners see several points of the disc, so that they disagree in penumbras, where the disc is then divided.

@@ -224,8 +224,8 @@ fn find_receiver(file: &Path, scene: &Scene, name: Option<&str>) -> Result<usize
     };
     found.copied().ok_or_else(|| Error::Usage {
         reason: match name {
-            Some(name) => format!("{} has no receiver called `{name}`", file.display()),
-            None => format!("{} has no receiver", file.display()),
+            Some(name) => format!("{} has no planar receiver called `{name}`", file.display()),
+            None => format!("{} has no planar receiver", file.display()),
         },
         remedy: match receivers.is_empty() {
             true => "give a diffuse rect of the scene a `lightmap = [256, 256]`".into(),

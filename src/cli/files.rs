@@ -74,11 +74,16 @@ impl MapFiles {
         let names: Vec<&str> = (receivers.iter())
             .map(|&(index, _)| scene.objects[index].name.as_str())
             .collect();
+        if names.is_empty() {
+            return Err(Error::Input {
+                file: self.files.scene.clone(),
+                place: None,
+                reason: "the scene has no receiver".into(),
+                remedy: "give a diffuse rect or mesh of the scene a `lightmap = [256, 256]`".into(),
+            });
+        }
         let usage = |reason: String| {
-            let remedy = match names.as_slice() {
-                [] => "give a diffuse rect or mesh of the scene a `lightmap = [256, 256]`".into(),
-                names => format!("choose one with --receiver: {}", names.join(", ")),
-            };
+            let remedy = format!("choose one with --receiver: {}", names.join(", "));
             Err(Error::Usage { reason, remedy })
         };
         match &self.receiver {
@@ -88,7 +93,6 @@ impl MapFiles {
             },
             None => match receivers.as_slice() {
                 [only] => Ok(*only),
-                [] => usage("the scene has no receiver".into()),
                 several => usage(format!("the scene has {} receivers", several.len())),
             },
         }

@@ -30,24 +30,22 @@ pub struct GpuOptions {
     /// WIDTHxHEIGHT
     #[arg(long)]
     pub lightmap: Option<LightMapSize>,
-    /// footprint: maximum number of environment cells (at least 8)
-    #[arg(long, default_value_t = Settings::default().environment_cells,
-          value_parser = clap::value_parser!(u32).range(8..=1_000_000))]
-    environment_cells: u32,
+    /// footprint: maximum number of environment cells (at least 8) [default: 4096]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(8..=1_000_000))]
+    environment_cells: Option<u32>,
     /// footprint: approximate number of images of environment cells for every sample, times the environment's
-    /// share of all light
-    #[arg(long, default_value_t = Settings::default().environment_images,
-          value_parser = clap::value_parser!(u32).range(1..=1000))]
-    environment_images: u32,
-    /// pinhole: ε of the form factor's d² + ε, in squared patch diameters
-    #[arg(long, default_value_t = Settings::default().epsilon, value_parser = not_negative)]
-    epsilon: f32,
+    /// share of all light [default: 4]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    environment_images: Option<u32>,
+    /// pinhole: ε of the form factor's d² + ε, in squared patch diameters [default: 1]
+    #[arg(long, value_parser = not_negative)]
+    epsilon: Option<f32>,
     /// pinhole: do not blur the light by the mirror's curvature
     #[arg(long)]
     no_filter: bool,
-    /// beams: formula for the area that a patch lights
-    #[arg(long, value_parser = area_parser(), default_value = Settings::default().area.name())]
-    area: Area,
+    /// beams: formula for the area that a patch lights [default: true]
+    #[arg(long, value_parser = area_parser())]
+    area: Option<Area>,
     /// Print what the caustic leaves out, why, and how much of the light that is
     #[arg(long)]
     pub explain: bool,
@@ -132,31 +130,48 @@ impl GpuOptions {
     /// The renderer's settings.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the method cannot aim for what is asked of it.
+    /// [`Error::Usage`] where an option is given that the method does not have.
     pub fn settings(&self) -> Result<Settings> {
-        let has_aim = self.error.is_some() || self.budget_ms.is_some();
-        if has_aim && self.method != Method::Footprint {
-            let aim = if self.error.is_some() {
-                "an error"
-            } else {
-                "a time"
-            };
-            return Err(Error::Usage {
-                reason: format!("{} cannot aim for {aim}", self.method.name()),
-                remedy: "give --samples, or leave out --method".into(),
-            });
+        let options = [
+            ("--error", self.error.is_some(), Method::Footprint),
+            ("--budget-ms", self.budget_ms.is_some(), Method::Footprint),
+            (
+                "--environment-cells",
+                self.environment_cells.is_some(),
+                Method::Footprint,
+            ),
+            (
+                "--environment-images",
+                self.environment_images.is_some(),
+                Method::Footprint,
+            ),
+            ("--epsilon", self.epsilon.is_some(), Method::Pinhole),
+            ("--no-filter", self.no_filter, Method::Pinhole),
+            ("--area", self.area.is_some(), Method::Beams),
+        ];
+        for (option, is_given, method) in options {
+            if is_given && method != self.method {
+                let (its, this) = (method.name(), self.method.name());
+                return Err(Error::Usage {
+                    reason: format!("{option} is an option of the method {its}, not of {this}"),
+                    remedy: format!("leave it out, or give --method {its}"),
+                });
+            }
         }
+        let default = Settings::default();
         Ok(Settings {
             method: self.method,
-            samples: self.samples.unwrap_or(Settings::default().samples),
+            samples: self.samples.unwrap_or(default.samples),
             error: self.error_target(),
             budget: self.budget_ms,
-            environment_cells: self.environment_cells,
-            environment_images: self.environment_images,
-            epsilon: self.epsilon,
+            environment_cells: self.environment_cells.unwrap_or(default.environment_cells),
+            environment_images: self
+                .environment_images
+                .unwrap_or(default.environment_images),
+            epsilon: self.epsilon.unwrap_or(default.epsilon),
             filter: !self.no_filter,
-            area: self.area,
-            ..Settings::default()
+            area: self.area.unwrap_or(default.area),
+            ..default
         })
     }
 }

@@ -48,7 +48,8 @@ pub fn picture_size(text: &str) -> Result<[u32; 2], String> {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (files, gpu) = (&arguments.files, &arguments.gpu);
     let shots = files.shots(&gpu.timeline, &["png", "exr"])?;
-    let session = Session::open(gpu, files, &shots)?;
+    let mut session = Session::open(gpu, files, &shots)?;
+    session.renderer.set_overlays(&arguments.overlay); // its notes tell which are empty
     gpu.execute(session, files, &shots, arguments)
 }
 
@@ -62,7 +63,7 @@ impl Job for Arguments {
     }
 
     fn render(&self, renderer: &mut Renderer, scene: &Scene) -> Result<()> {
-        renderer.set_overlays(&self.overlay);
+        renderer.set_overlays(&self.overlay); // a new renderer has none
         renderer.view(&scene.camera, self.size, self.antialias)
     }
 

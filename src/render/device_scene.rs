@@ -60,6 +60,8 @@ pub struct DeviceScene {
     objects: Buffer,
     profiles: Buffer,
     settings: Settings,
+    /// Lattices that the stages are still bound to, while others have taken their place.
+    pub replaced: Option<DeviceLattices>,
     /// Whether the device lacks parts of `scene`: before the first update, and after an update that failed.
     pub is_stale: bool,
 }
@@ -81,7 +83,7 @@ impl DeviceScene {
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
         let facets = DeviceFacets::new(context, &mut staging, scene, &geometry.store, settings)?;
         let lights = DeviceLights::new(context, scene)?;
-        let lattices = DeviceLattices::new(context, scene, settings)?;
+        let lattices = DeviceLattices::new(context, scene, &lights.rings, settings)?;
         let textures = DeviceTextures::new(context, &mut staging, scene)?;
         let profile_table = profiles();
         let profiles = Buffer::new(context, "profiles", size_of_val(profile_table) as u64)?;
@@ -105,9 +107,11 @@ impl DeviceScene {
             scene: scene.clone(),
             profiles,
             settings: settings.clone(),
+            replaced: None,
             is_stale: true,
         };
         device.update(context, scene)?;
+        device.replaced = None; // there are no stages yet
         Ok(device)
     }
 
@@ -163,7 +167,13 @@ impl DeviceScene {
         }
         staging.write(&self.objects, 0, &objects)?;
 
-        let mut lights = pack(scene, store.origin);
+        let lights = pack(scene, store.origin);
+        let is_divided_anew = (self.lights).divide(scene, store, &lights, &self.settings);
+        if is_divided_anew {
+            let lattices = DeviceLattices::new(context, scene, &self.lights.rings, &self.settings)?;
+            let replaced = std::mem::replace(&mut self.lattices, lattices);
+            self.replaced.get_or_insert(replaced);
+        }
         let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);
         let changed = self.environment.update(
             context,
@@ -182,20 +192,23 @@ impl DeviceScene {
             store,
             bodies,
             &lights,
-            is_another,
+            &self.lights.rings,
+            is_another || is_divided_anew,
             &self.settings,
         )?;
-        lights.extend(changed.suns);
-        self.lights.update(staging, &lights)?;
         let samples = self.settings.samples;
         // On planar receivers, facets take the place of even patches.
         let has_even_patches =
             self.settings.method != Method::Footprint || self.receivers.mesh_count() > 0;
         let outgrown = has_even_patches
             && (self.casters).update(context, staging, scene, store, &lights, samples)?;
+        self.lights.update(staging, lights, &changed.suns)?;
         self.scene = scene.clone();
         self.is_stale = false;
-        match outgrown || changed.is_another && self.environment.pairs.is_some() {
+        match outgrown
+            || self.replaced.is_some()
+            || changed.is_another && self.environment.pairs.is_some()
+        {
             true => Ok(Change::Stages),
             false => Ok(Change::Content),
         }
@@ -333,8 +346,8 @@ impl DeviceScene {
     pub fn group(&self, source: Source) -> Option<LightGroup> {
         match source {
             Source::Environment => self.environment.group(),
-            Source::Suns => (self.lights.count > 0).then_some(LightGroup {
-                light_count: self.lights.count,
+            Source::Suns => (self.lights.part_count > 0).then_some(LightGroup {
+                light_count: self.lights.part_count,
                 patch_count: self.casters.patch_count,
             }),
         }
@@ -346,7 +359,7 @@ impl DeviceScene {
             Source::Environment => {
                 (self.environment.pairs.as_ref()).map_or(0, |pairs| pairs.pair_count)
             }
-            _ => self.casters.patch_capacity * self.lights.count,
+            _ => self.casters.patch_capacity * self.lights.part_count,
         }
     }
 

@@ -3,7 +3,10 @@
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Context, Staging};
 use crate::optics::{reflect, refract};
+use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::Light;
+use crate::render::light_parts::{MAX_RINGS, part_count, rings, split};
+use crate::render::settings::{Method, Settings};
 use crate::scene::{EnvironmentMap, LightKind, MaterialKind, Scene};
 use glam::{DVec3, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -35,15 +38,22 @@ pub enum Source {
     Environment,
 }
 
-/// The lights' buffer.
+/// The lights' buffers.
 pub struct DeviceLights {
+    /// Suns and lamps of the scene, then sun-like cells of the environment.
     pub buffer: Buffer,
-    /// Number of suns and lamps of the scene; sun-like cells of the environment follow them.
+    /// The same with the parts of wide suns and lamps in their place, which `footprint` projects.
+    pub parts: Buffer,
+    /// Number of suns and lamps of the scene.
     pub scene_count: u32,
-    /// Number of all of them.
+    /// Number of suns and lamps and of sun-like cells.
     pub count: u32,
+    /// Number of parts, and of sun-like cells.
+    pub part_count: u32,
     /// The suns and lamps of the scene.
     pub scene: Vec<Light>,
+    /// Number of rings of parts of each of them.
+    pub rings: Vec<u32>,
 }
 
 impl DeviceLights {
@@ -56,23 +66,58 @@ impl DeviceLights {
         let count = (scene.lights.iter())
             .filter(|light| is_light(&light.kind))
             .count();
-        let bytes = (count + MAX_ENVIRONMENT_SUNS) * size_of::<Light>();
+        let buffer = |name, lights: usize| {
+            let bytes = (lights + MAX_ENVIRONMENT_SUNS) * size_of::<Light>();
+            Buffer::new(context, name, bytes as u64)
+        };
         Ok(Self {
-            buffer: Buffer::new(context, "lights", bytes as u64)?,
+            buffer: buffer("lights", count)?,
+            parts: buffer("parts of lights", count * part_count(MAX_RINGS) as usize)?,
             scene_count: count as u32,
             count: count as u32,
+            part_count: count as u32,
             scene: Vec::new(),
+            rings: vec![0; count],
         })
     }
 
-    /// Writes the lights.
+    /// Divides the scene's suns and lamps. Returns whether their numbers of parts changed.
+    pub fn divide(
+        &mut self,
+        scene: &Scene,
+        store: &TriangleStore,
+        lights: &[Light],
+        settings: &Settings,
+    ) -> bool {
+        if settings.method != Method::Footprint {
+            return false;
+        }
+        let rings = rings(scene, store, lights, &self.rings);
+        let is_other = rings != self.rings;
+        self.rings = rings;
+        is_other
+    }
+
+    /// Writes the scene's suns and lamps, and the environment's sun-like cells.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
-    pub fn update(&mut self, staging: &mut Staging, lights: &[Light]) -> Result<()> {
-        self.count = lights.len() as u32;
-        self.scene = lights[..self.scene_count as usize].to_vec();
-        staging.write(&self.buffer, 0, lights)
+    pub fn update(
+        &mut self,
+        staging: &mut Staging,
+        lights: Vec<Light>,
+        suns: &[Light],
+    ) -> Result<()> {
+        let mut parts: Vec<Light> = (lights.iter().zip(&self.rings))
+            .flat_map(|(light, &rings)| split(light, rings))
+            .collect();
+        parts.extend(suns);
+        self.part_count = parts.len() as u32;
+        staging.write(&self.parts, 0, &parts)?;
+        self.scene = lights;
+        let all = [&self.scene, suns].concat();
+        self.count = all.len() as u32;
+        staging.write(&self.buffer, 0, &all)
     }
 }
 

@@ -26,10 +26,12 @@ mod geometry;
 pub mod gpu_types;
 mod host;
 mod left_out;
+mod light_parts;
 mod lights;
 mod looking_inside;
 mod materials;
 mod methods;
+mod notes;
 mod patches;
 mod receivers;
 mod settings;
@@ -291,52 +293,11 @@ impl Renderer {
             })?;
             self.drop_overlays();
             let replaced = std::mem::replace(&mut self.caustic, stages);
-            self.keep(replaced);
+            let lattices = self.scene.replaced.take();
+            self.keep((replaced, lattices));
         }
         self.update_time = start.elapsed();
         Ok(())
-    }
-
-    /// Notes for the user: light that is left out, and the reason.
-    pub fn notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
-        if !self.scene.geometry.can_occlude {
-            let note =
-                "no rays are traced for the caustic: nothing in the scene can block its light";
-            notes.push(note.into());
-        }
-        let environment_counts =
-            matches!(self.settings.method, Method::Footprint | Method::Pinhole);
-        if self.scene.environment.casts_caustics && !environment_counts {
-            let note = "the environment casts no caustic, and its light does not pass through water: the \
-                 methods footprint and pinhole compute both";
-            notes.push(note.into());
-        } else if self.scene.scene.specular_objects().next().is_none() {
-            let note = "no caustic: nothing in the scene reflects or refracts light";
-            notes.push(note.into());
-        }
-        if self.may_chain() {
-            match self.settings.method {
-                Method::Pinhole | Method::Beams => notes.push(
-                    "light that meets several mirrors or interfaces is left out: the methods footprint and points \
-                     follow it"
-                        .into(),
-                ),
-                _ => {}
-            }
-        }
-        if self.settings.budget.is_some() && self.budget.is_none() {
-            let note = "the time is not held: only suns and lamps on planar receivers take less time at a larger error";
-            notes.push(note.into());
-        }
-        if self.caustic.has_even_patches() {
-            notes.extend(self.scene.casters.note(self.settings.samples));
-        }
-        // Light may continue from its first surface to any other.
-        if !self.may_chain() {
-            notes.extend(diagnostics::sentences(&self.scene, environment_counts));
-        }
-        notes
     }
 
     /// Number of patches or points of the last [`Renderer::caustic`], including the environment's patch clusters. Patches

@@ -53,3 +53,4 @@ mod transformed;
 mod validation;
 mod view;
 mod water;
+mod wide_lights;

@@ -10,11 +10,12 @@ use crate::render::geometry::occlusion::{MAX_PAIRS_IN_A_FRAME, is_affine_image, 
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::constants::MAX_BANDS;
 use crate::render::gpu_types::{ChainLattice, Light};
+use crate::render::light_parts::{part_count, split};
 use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
 use crate::render::spectrum::Coordinate;
 use crate::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -41,7 +42,7 @@ const FACES: u32 = 6;
 const ENVIRONMENT_CELLS: usize = 64;
 
 pub struct DeviceLattices {
-    /// Suns, lamps, then the environment's cells.
+    /// Suns and lamps, or the parts of wide ones, then the environment's cells.
     pub lights: Buffer,
     cells: Vec<EnvironmentCell>,
     pub buffer: Buffer,
@@ -64,21 +65,33 @@ pub struct DeviceLattices {
 }
 
 impl DeviceLattices {
-    /// Allocates for the suns, lamps and environment cells of a scene.
+    /// Allocates for the suns, lamps and environment cells of a scene. `rings` are those of parts of each sun and lamp.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.
-    pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &Scene,
+        rings: &[u32],
+        settings: &Settings,
+    ) -> Result<Self> {
         let may_chain = may_chain(scene);
         let is_needed = may_chain && settings.method == Method::Footprint;
         let casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
         let casting = (scene.lights.iter()).filter(|light| light.kind.casts_caustics());
-        let faces = casting.map(|light| match light.kind {
-            LightKind::Sun { .. } => 1,
-            LightKind::Lamp { .. } => FACES,
-            LightKind::Environment { .. } => ENVIRONMENT_CELLS as u32,
+        let mut rings = rings.iter();
+        let mut parts = || part_count(*rings.next().expect("every sun and lamp has them"));
+        // Numbers of lights and of lattices to a caster.
+        let numbers = casting.map(|light| match light.kind {
+            LightKind::Environment { .. } => [ENVIRONMENT_CELLS as u32; 2],
+            LightKind::Sun { .. } => [parts(); 2],
+            LightKind::Lamp { .. } => {
+                let parts = parts();
+                [parts, FACES * parts]
+            }
         });
-        let capacity = u32::from(is_needed) * faces.sum::<u32>() * casters.count() as u32;
+        let [lights, lattices] = numbers.fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+        let capacity = u32::from(is_needed) * lattices * casters.count() as u32;
         let bytes = u64::from(capacity.max(1)) * size_of::<ChainLattice>() as u64;
         let rays = rays_of_lattice(settings);
         // Rows and columns are rounded.
@@ -90,8 +103,7 @@ impl DeviceLattices {
                 of_bands.min(MAX_RAYS.into())
             }
         };
-        let lights = scene.lights.len() + ENVIRONMENT_CELLS;
-        let light_bytes = (lights * size_of::<Light>()) as u64;
+        let light_bytes = u64::from(lights.max(1)) * size_of::<Light>() as u64;
         Ok(Self {
             lights: Buffer::new(context, "lights of chains", light_bytes)?,
             cells: Vec::new(),
@@ -142,8 +154,8 @@ impl DeviceLattices {
         self.is_needed && disperses(scene, &scene.objects[object])
     }
 
-    /// Chooses and stages the lattices. `lights` are the scene's suns and lamps; `is_another`: the environment has another map than
-    /// before.
+    /// Chooses and stages the lattices. `lights` are the scene's suns and lamps, and `rings` those of their parts; `is_another`: the
+    /// environment has another map than before.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
@@ -154,18 +166,22 @@ impl DeviceLattices {
         scene: &Scene,
         store: &TriangleStore,
         bodies: &Bodies,
-        lights: &[Light],
+        scene_lights: &[Light],
+        rings: &[u32],
         is_another: bool,
         settings: &Settings,
     ) -> Result<()> {
         if !self.is_needed {
             return Ok(());
         }
-        let mut lights = lights.to_vec();
-        // The environment's cells are planned together: one of them has too few rays to tell whether its light chains.
-        let mut groups_of_lights: Vec<Range<u32>> = (0..lights.len() as u32)
-            .map(|light| light..light + 1)
-            .collect();
+        let mut lights = Vec::new();
+        // Parts of a light, and the environment's cells, are planned together: one of them has too few rays to tell whether its light chains.
+        let mut groups_of_lights: Vec<Range<u32>> = Vec::new();
+        for (light, &rings) in scene_lights.iter().zip(rings) {
+            let first = lights.len() as u32;
+            lights.extend(split(light, rings));
+            groups_of_lights.push(first..lights.len() as u32);
+        }
         let environment = EnvironmentLight::of(scene)?.filter(|light| light.casts_caustics);
         if let Some(environment) = environment {
             if is_another {
@@ -365,28 +381,46 @@ fn of_sun(light: &Light, bounds: [DVec3; 2], size: f64) -> Window {
     }
 }
 
-/// The sphere around a caster, seen from the centre of a lamp: a square, or a cube where the lamp is within the sphere or
-/// close to it.
+/// The sphere around a caster, seen from a lamp or a part of it: a square, or a cube where the lamp is within the sphere or close to it.
+/// A window's rays start beside the middle of the lamp by the place of the part on its disc, which faces along them (`part_along()`): in
+/// the directions of a right-handed system whose first axis is that of the window.
 fn of_lamp(light: &Light, [low, high]: [DVec3; 2]) -> Vec<Window> {
     /// Largest sine of the half angle at which the caster is seen through one square.
     const MAX_SINE: f64 = 0.8;
     let place = light.place.as_dvec3();
-    let square = |ahead: DVec3, half: f64| {
+    let square = |[ahead, u, v]: [DVec3; 3], half: f64| Window {
+        origin: place + ahead - half * (u + v),
+        edge_u: 2.0 * half * u,
+        edge_v: 2.0 * half * v,
+        direction: DVec3::ZERO,
+    };
+    let axes = |ahead: DVec3| {
         let (u, v) = ahead.any_orthonormal_pair();
-        Window {
-            origin: place + ahead - half * (u + v),
-            edge_u: 2.0 * half * u,
-            edge_v: 2.0 * half * v,
-            direction: DVec3::ZERO,
-        }
+        [ahead, u, v]
     };
     let way = 0.5 * (low + high) - place;
-    let sine = 0.5 * low.distance(high) / way.length();
-    if sine < MAX_SINE {
-        return vec![square(way.normalize(), sine / (1.0 - sine * sine).sqrt())];
+    let distance = way.length();
+    let [ahead, u, v] = axes(way.normalize());
+    // Toward the part on the disc that faces the caster's middle, and the sine of the angle between the disc's middle and the part.
+    let [x, y, _] = light.axis1.as_dvec3().to_array();
+    let aside = x * u + y * v;
+    let reach = f64::from(light.size) * aside.length();
+    let sine = 0.5 * low.distance(high) / (distance - reach);
+    if sine > 0.0 && sine < MAX_SINE {
+        let turn = match reach > 0.0 {
+            true => {
+                DQuat::from_axis_angle(ahead.cross(aside).normalize(), -(reach / distance).asin())
+            }
+            false => DQuat::IDENTITY,
+        };
+        // Rays beside the middle one start before or behind it, on the sphere around the lamp.
+        let sine = sine * (1.0 + 0.5 * reach / (distance - reach) * sine);
+        let half = sine / (1.0 - sine * sine).max(1e-3).sqrt();
+        return vec![square([ahead, u, v].map(|axis| turn * axis), half)];
     }
     [DVec3::X, DVec3::Y, DVec3::Z]
         .into_iter()
-        .flat_map(|axis| [square(axis, 1.0), square(-axis, 1.0)])
+        .flat_map(|axis| [axis, -axis])
+        .map(|axis| square(axes(axis), 1.0))
         .collect()
 }

@@ -96,7 +96,10 @@ impl Projector {
                 ("pairs", Resource::Buffer(&of.pairs)),
                 ("starts", Resource::Buffer(&of.starts)),
             ]),
-            _ => resources.push(("patches", Resource::Buffer(patches))),
+            _ => resources.extend([
+                ("patches", Resource::Buffer(patches)),
+                ("lights", Resource::Buffer(&scene.lights.parts)),
+            ]),
         }
         resources.extend(levels.map(|levels| ("coarse", Resource::Buffer(&levels.coarse))));
         let project = scene.compute(context, shader, &resources)?;

@@ -122,7 +122,7 @@ impl Triangles {
         let facets = &scene.facets;
         let receivers = u64::from(scene.receivers.planar_count);
         let targets = u64::from(scene.planar_targets());
-        let lights = u64::from(scene.lights.count);
+        let lights = u64::from(scene.lights.part_count);
         let pairs = u64::from(facets.facet_count) * lights;
         let limit = u64::from(u32::MAX / SPLAT_GROUP);
         let aim = Aim::new(
@@ -175,6 +175,7 @@ impl Triangles {
         let quads = quads::indices(context, &mut scene.staging, "quads", batch)?;
 
         let own = [
+            ("lights", &scene.lights.parts),
             ("facets", &facets.facets),
             ("facet_corners", &facets.corners),
             ("facet_patches", &facet_patches),
@@ -256,7 +257,7 @@ impl Triangles {
         FacetPush {
             facet_count: scene.facets.facet_count,
             corner_count: scene.facets.corner_count,
-            light_count: scene.lights.count,
+            light_count: scene.lights.part_count,
             receiver_count: scene.receivers.planar_count,
             lobes: scene.casters.lobes,
             can_occlude: u32::from(scene.geometry.can_occlude),
@@ -341,7 +342,7 @@ impl Triangles {
     /// Traces rays from the corners of the facets.
     pub fn record_trace_facets(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let push = self.push(scene, 0);
-        let corners = scene.facets.corner_count * scene.lights.count;
+        let corners = scene.facets.corner_count * scene.lights.part_count;
         recorder.dispatch(&self.trace_corners, &push, threads(corners));
     }
 
@@ -400,5 +401,5 @@ impl Triangles {
 }
 
 fn pairs(scene: &DeviceScene) -> u32 {
-    scene.facets.facet_count * scene.lights.count
+    scene.facets.facet_count * scene.lights.part_count
 }

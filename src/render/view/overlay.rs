@@ -168,6 +168,17 @@ fn kinds(caustic: &Caustic) -> Vec<Kind<'_>> {
     }
 }
 
+/// Whether the frames of a caustic have something that `overlay` shows.
+pub fn has_content(overlay: Overlay, scene: &DeviceScene, caustic: &Caustic) -> bool {
+    match overlay {
+        Overlay::Patches => !matches!(caustic, Caustic::Points(_)),
+        Overlay::Footprints => kinds(caustic).iter().any(|kind| kind.outline.is_some()),
+        Overlay::Density => !kinds(caustic).is_empty(),
+        Overlay::Texels => true,
+        Overlay::Cells => scene.environment.pairs.is_some(),
+    }
+}
+
 fn draw(
     context: &Arc<Context>,
     scene: &DeviceScene,
@@ -400,7 +411,7 @@ impl Overlays {
             right,
             facet_count: scene.facets.facet_count,
             up,
-            light_count: scene.lights.count,
+            light_count: scene.lights.part_count,
             forward,
             corner_count: scene.facets.corner_count,
             size,
