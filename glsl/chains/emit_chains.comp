@@ -25,6 +25,7 @@ layout(std430, binding = 16) buffer FluxSums { uint flux_sums[]; };
 #include "blocks.glsl"
 #include "light.glsl"
 #include "optics.glsl"
+#include "light_part.glsl"
 #include "media.glsl"
 #include "planar_receiver.glsl"
 #include "kernel_fit.glsl"

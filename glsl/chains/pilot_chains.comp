@@ -21,6 +21,7 @@ layout(std430, binding = 9) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
+#include "light_part.glsl"
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"

@@ -31,6 +31,7 @@ layout(std430, binding = 19) readonly buffer Cells { uint ray_cells[]; };       
 #include "trace.glsl"
 #include "light.glsl"
 #include "optics.glsl"
+#include "light_part.glsl"
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"

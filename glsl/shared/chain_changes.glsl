@@ -1,4 +1,4 @@
-// How chains change at a surface. The including shader includes chain.glsl and light_axes.glsl.
+// How chains change at a surface. The including shader includes chain.glsl, light_axes.glsl and light_part.glsl.
 
 // What changes of a path become at the surface that it meets.
 struct Transfer {

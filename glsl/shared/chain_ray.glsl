@@ -4,8 +4,6 @@
 // The including shader declares `normals` and `lights`, and includes trace.glsl, light.glsl, optics.glsl, media.glsl and
 // planar_receiver.glsl.
 
-#include "light_part.glsl"
-
 // Maximum number of weak lobes on a chain. Interfaces without a choice, such as total reflection, do not count.
 const uint MAX_WEAK = 2;
 // A lobe with a smaller share of its cell's flux is not followed.
@@ -97,7 +95,7 @@ bool interact(ChainPath path, ChainHit hit, out Interaction at) {
     if (is_first(path)) {
         // An element of the surface receives light by its interpolated normal.
         if (!(dot(n, s) > 0.0)) return false;
-        at.flux *= share_at(light_at(light_of(path)), hit.distance) * dot(n, s) / dot(at.geometric, s);
+        at.flux *= dot(n, s) / dot(at.geometric, s);
     } else if (!is_valid) {
         // The interpolated normal would reflect the path into the surface.
         n = at.geometric;

@@ -1,4 +1,4 @@
-// The rays of the lattices, as they leave their lights. The including shader includes chain.glsl.
+// The rays of the lattices, as they leave their lights. The including shader includes chain.glsl and light_part.glsl.
 
 // Coarsest sub-lattice: every 4^MAX_LATTICE_LEVEL-th ray.
 const uint MAX_LATTICE_LEVEL = 3;
@@ -32,7 +32,7 @@ ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved) {
         vec3 way = at - light.place;
         float distance_ = length(way);
         path.direction = way / distance_;
-        path.position = part_along(light, path.direction, edge_u).place;
+        path.position = start_along(light, path.direction, normalize(edge_u), normalize(cross(edge_u, edge_v)));
         // The solid angle of the cell.
         float cosine = abs(dot(path.direction, cross(edge_u, edge_v))) / area;
         path.flux = light.power * (area * cosine / (distance_ * distance_));

@@ -23,25 +23,19 @@ Light part_seen_from(Light light, vec3 x) {
     return light;
 }
 
-// The part of a lamp of which a ray in the direction d starts, as a small lamp; `axis` leans toward the first axis of its disc.
-Light part_along(Light light, vec3 d, vec3 axis) {
-    if (light.is_lamp == 0 || light.axis1.z == 0.0) return light;
-    vec3 a = normalize(axis - dot(axis, d) * d);
-    light.place += light.size * (light.axis1.x * a + light.axis1.y * cross(d, a));
-    return light;
+// Where a ray in the direction d starts from a light's part, on the disc that the lamp turns toward d. The disc's first axis is u where d is that
+// of the unit vector `ahead`, and turns along with it by the shortest way: turned about d, neighbouring rays would cross. Where the
+// lamp is seen from everywhere at the same distance, the rays of all directions pass as evenly as from a point: each carries its share of the power.
+vec3 start_along(Light light, vec3 d, vec3 u, vec3 ahead) {
+    if (light.axis1.z == 0.0) return light.place;
+    vec3 a = u - dot(u, d) / (1.0 + dot(ahead, d)) * (ahead + d);
+    return light.place + light.size * (light.axis1.x * a + light.axis1.y * cross(d, a));
 }
 
-// The small lamp where a ray starts that part_along() has begun.
+// The small lamp of a part at such a start.
 Light part_at(Light light, vec3 place) {
     if (light.is_lamp == 0 || light.axis1.z == 0.0) return light;
     light.place = place;
     light.size *= light.axis1.z;
     return light;
-}
-
-// Light of such a ray at this distance, over that where the disc is far away: the cosine of the angle between the middle and the part.
-float share_at(Light light, float distance_) {
-    if (light.is_lamp == 0 || light.axis1.z == 0.0) return 1.0;
-    float sideward = length(light.axis1.xy) * light.size / distance_;
-    return inversesqrt(1.0 + sideward * sideward);
 }

@@ -382,7 +382,7 @@ fn of_sun(light: &Light, bounds: [DVec3; 2], size: f64) -> Window {
 }
 
 /// The sphere around a caster, seen from a lamp or a part of it: a square, or a cube where the lamp is within the sphere or close to it.
-/// A window's rays start beside the middle of the lamp by the place of the part on its disc, which faces along them (`part_along()`): in
+/// A window's rays start beside the middle of the lamp by the place of the part on its disc, which faces along them (`start_along()`): in
 /// the directions of a right-handed system whose first axis is that of the window.
 fn of_lamp(light: &Light, [low, high]: [DVec3; 2]) -> Vec<Window> {
     /// Largest sine of the half angle at which the caster is seen through one square.
