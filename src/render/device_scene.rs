@@ -167,12 +167,14 @@ impl DeviceScene {
         }
         staging.write(&self.objects, 0, &objects)?;
 
-        let lights = pack(scene, store.origin);
-        let is_divided_anew = (self.lights).divide(scene, store, &lights, &self.settings);
+        let mut lights = pack(scene, store.origin);
+        let images = u64::from(self.facets.facet_count) * u64::from(receivers.planar_count);
+        let rings = (self.lights).divided(scene, store, &lights, images, &self.settings);
+        let is_divided_anew = rings != self.lights.rings;
         if is_divided_anew {
-            let lattices = DeviceLattices::new(context, scene, &self.lights.rings, &self.settings)?;
-            let replaced = std::mem::replace(&mut self.lattices, lattices);
-            self.replaced.get_or_insert(replaced);
+            let lattices = DeviceLattices::new(context, scene, &rings, &self.settings)?;
+            (self.replaced).get_or_insert(std::mem::replace(&mut self.lattices, lattices));
+            self.lights.rings = rings;
         }
         let before = EnvironmentLight::of(&self.scene)?.filter(|_| !is_stale);
         let changed = self.environment.update(
@@ -185,7 +187,6 @@ impl DeviceScene {
             !moved.is_empty(),
             &self.settings,
         )?;
-        let is_another = changed.is_another;
         (self.lattices).update(
             staging,
             scene,
@@ -193,16 +194,17 @@ impl DeviceScene {
             bodies,
             &lights,
             &self.lights.rings,
-            is_another || is_divided_anew,
+            changed.is_another || is_divided_anew,
             &self.settings,
         )?;
+        lights.extend(changed.suns);
+        self.lights.update(staging, &lights)?;
         let samples = self.settings.samples;
         // On planar receivers, facets take the place of even patches.
         let has_even_patches =
             self.settings.method != Method::Footprint || self.receivers.mesh_count() > 0;
         let outgrown = has_even_patches
             && (self.casters).update(context, staging, scene, store, &lights, samples)?;
-        self.lights.update(staging, lights, &changed.suns)?;
         self.scene = scene.clone();
         self.is_stale = false;
         match outgrown

@@ -12,6 +12,8 @@ use std::f64::consts::TAU;
 const WIDEST: f64 = 0.08;
 /// Maximum number of rings of parts, so that a light has at most 64 parts: enough for an angular radius of 48°.
 pub const MAX_RINGS: u32 = 4;
+/// Maximum number of images of facets, for which there is a buffer, beside those of whole lights: fine meshes have fewer parts.
+const MAX_IMAGES: u64 = 1 << 22;
 /// Number of triangles of an object by which the distance of a lamp is judged.
 const TRIANGLES: usize = 1024;
 
@@ -20,30 +22,45 @@ pub fn part_count(rings: u32) -> u32 {
     (4 * rings * rings).max(1)
 }
 
-/// For each of `lights`, the number of rings that its disc is divided into. `before`: the numbers of the last frame, which stay where they
-/// are enough and at most one too large, so that a moving lamp does not change them back and forth.
-pub fn rings(scene: &Scene, store: &TriangleStore, lights: &[Light], before: &[u32]) -> Vec<u32> {
+/// For each of `lights`, the number of rings that its disc is divided into. `before`: the numbers of the last frame, which are kept until the
+/// light is a fifth narrower, so that a moving lamp does not change them back and forth. `images`: number of images of facets for each part.
+pub fn rings(
+    scene: &Scene,
+    store: &TriangleStore,
+    lights: &[Light],
+    before: &[u32],
+    images: u64,
+) -> Vec<u32> {
     let casters: Vec<usize> = scene.specular_objects().map(|(index, _)| index).collect();
-    let needed = |light: &Light| {
-        let radius = match light.is_lamp {
-            0 => f64::from(light.size),
-            _ => seen_radius(store, &casters, light),
-        };
-        match radius > WIDEST {
-            true => ((radius / (2.0 * WIDEST)).ceil() as u32).min(MAX_RINGS),
-            false => 0,
-        }
+    let seen_radius = |light: &Light| match light.is_lamp {
+        0 => f64::from(light.size),
+        _ => seen_radius(store, &casters, light),
     };
-    let mut before = before.iter();
-    (lights.iter())
-        .map(|light| {
-            let needed = needed(light);
-            match before.next() {
-                Some(&known) if known == needed + 1 => known,
-                _ => needed,
-            }
+    let rings = (lights.iter().zip(before))
+        .map(|(light, &before)| {
+            let radius = seen_radius(light);
+            before.min(rings_for(1.25 * radius)).max(rings_for(radius))
         })
-        .collect()
+        .collect();
+    at_most(rings, MAX_IMAGES / images.max(1))
+}
+
+fn rings_for(radius: f64) -> u32 {
+    match radius > WIDEST {
+        true => ((radius / (2.0 * WIDEST)).ceil() as u32).min(MAX_RINGS),
+        false => 0,
+    }
+}
+
+/// Fewer rings, where so many parts of all lights are not to be exceeded.
+fn at_most(mut rings: Vec<u32>, parts: u64) -> Vec<u32> {
+    let count = |&rings: &u32| u64::from(part_count(rings));
+    while rings.iter().map(count).sum::<u64>() > parts
+        && let Some(most) = rings.iter_mut().max().filter(|most| **most > 0)
+    {
+        *most -= 1;
+    }
+    rings
 }
 
 /// Root mean square of the angular radius at which the casters see a lamp, by irradiance, rad.
@@ -160,6 +177,20 @@ fn part_of_lamp(lamp: &Light, part: &Part) -> Light {
 mod tests {
     use super::*;
     use glam::Vec3;
+
+    #[test]
+    fn fine_meshes_have_fewer_parts() {
+        let rings = vec![4, 0, 2];
+        for (parts, expected) in [
+            (81, [4, 0, 2]),
+            (80, [3, 0, 2]),
+            (33, [2, 0, 2]),
+            (32, [2, 0, 1]),
+            (0, [0; 3]),
+        ] {
+            assert_eq!(at_most(rings.clone(), parts), expected);
+        }
+    }
 
     fn sun(angular_radius: f32) -> Light {
         let (a, b) = Vec3::Y.any_orthonormal_pair();

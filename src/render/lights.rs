@@ -52,7 +52,7 @@ pub struct DeviceLights {
     pub part_count: u32,
     /// The suns and lamps of the scene.
     pub scene: Vec<Light>,
-    /// Number of rings of parts of each of them.
+    /// Number of rings of parts of each of them. The lattices of chains are made for them.
     pub rings: Vec<u32>,
 }
 
@@ -81,43 +81,36 @@ impl DeviceLights {
         })
     }
 
-    /// Divides the scene's suns and lamps. Returns whether their numbers of parts changed.
-    pub fn divide(
-        &mut self,
+    /// Number of rings of parts that each of the suns and lamps `lights` is to be divided into. Each part has so many images of facets.
+    pub fn divided(
+        &self,
         scene: &Scene,
         store: &TriangleStore,
         lights: &[Light],
+        images: u64,
         settings: &Settings,
-    ) -> bool {
-        if settings.method != Method::Footprint {
-            return false;
+    ) -> Vec<u32> {
+        match settings.method {
+            Method::Footprint => rings(scene, store, lights, &self.rings, images),
+            _ => self.rings.clone(),
         }
-        let rings = rings(scene, store, lights, &self.rings);
-        let is_other = rings != self.rings;
-        self.rings = rings;
-        is_other
     }
 
-    /// Writes the scene's suns and lamps, and the environment's sun-like cells.
+    /// Writes the scene's suns and lamps, which the environment's sun-like cells follow.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
-    pub fn update(
-        &mut self,
-        staging: &mut Staging,
-        lights: Vec<Light>,
-        suns: &[Light],
-    ) -> Result<()> {
-        let mut parts: Vec<Light> = (lights.iter().zip(&self.rings))
+    pub fn update(&mut self, staging: &mut Staging, lights: &[Light]) -> Result<()> {
+        let (scene, suns) = lights.split_at(self.scene_count as usize);
+        let mut parts: Vec<Light> = (scene.iter().zip(&self.rings))
             .flat_map(|(light, &rings)| split(light, rings))
             .collect();
         parts.extend(suns);
+        self.count = lights.len() as u32;
         self.part_count = parts.len() as u32;
+        self.scene = scene.to_vec();
         staging.write(&self.parts, 0, &parts)?;
-        self.scene = lights;
-        let all = [&self.scene, suns].concat();
-        self.count = all.len() as u32;
-        staging.write(&self.buffer, 0, &all)
+        staging.write(&self.buffer, 0, lights)
     }
 }
 

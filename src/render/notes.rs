@@ -55,9 +55,9 @@ impl Renderer {
                 .filter_map(|(is_there, part)| is_there.then_some(part))
                 .collect();
             notes.push(format!(
-                "no error is estimated: the error to aim for is that of suns and lamps on planar receivers, and {} takes {} samples",
-                parts.join(" and "),
+                "no error is estimated: the error to aim for is that of suns and lamps on planar receivers, and {} samples are taken for {}",
                 self.settings.samples,
+                parts.join(" and "),
             ));
         }
         for &overlay in &self.shown {

@@ -270,6 +270,11 @@ fn the_balance_of_flux_has_it() {
         }
         assert!(balance.share(balance.landed[1]) > 0.1, "{name}");
         assert_eq!(balance.cut_off.room, [0.0; 3], "{name}");
-        assert!(renderer.notes().iter().all(|note| !note.contains("meshes")));
+        assert!(
+            renderer
+                .notes()
+                .iter()
+                .all(|note| !note.contains("left out"))
+        );
     }
 }

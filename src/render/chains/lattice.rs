@@ -400,7 +400,7 @@ fn of_lamp(light: &Light, [low, high]: [DVec3; 2]) -> Vec<Window> {
     };
     let way = 0.5 * (low + high) - place;
     let distance = way.length();
-    let [ahead, u, v] = axes(way.normalize());
+    let [ahead, u, v] = axes(way.normalize_or(DVec3::Z));
     // Toward the part on the disc that faces the caster's middle, and the sine of the angle between the disc's middle and the part.
     let [x, y, _] = light.axis1.as_dvec3().to_array();
     let aside = x * u + y * v;
