@@ -16,7 +16,7 @@ Light part_seen_from(Light light, vec3 x) {
     float cosine_2 = 1.0 - min(dot(centre, centre) * light.size * light.size / square, LARGEST_SINE_2);
     float cosine = sqrt(cosine_2);
     light.place += light.size / cosine * (centre.x * a + centre.y * b);
-    // A plane that faces the part gets more light than one that faces the whole, by 1/cosine; the part's distance is square/cosine_2.
+    // A plane that faces the part gets 1/cosine times the light of one that faces the whole, from 1/cosine times the distance.
     light.power /= cosine * cosine_2;
     light.size *= light.axis1.z / (cosine * sqrt(cosine));
     light.axis1 = vec3(0.0);

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// Largest angular radius of a light that is projected as a whole, rad (4.6°), and twice that of a part. Measured on a ring under a sun of
-/// 20° and under lamps of the same size: 1.1 to 2.6 % of error are left, with 0.105 up to 4.3 %, and 10 to 24 % with whole lights.
+/// 20° and under lamps of 12° and more: 1.1 to 2.6 % of error are left, with 0.105 up to 4.3 %, and 6 to 24 % with whole lights.
 const WIDEST: f64 = 0.08;
 /// Maximum number of rings of parts, so that a light has at most 64 parts: enough for an angular radius of 48°.
 pub const MAX_RINGS: u32 = 4;

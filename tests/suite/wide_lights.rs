@@ -73,7 +73,7 @@ fn assert_agrees(device: &Device, scene: &Scene, bounds: [f64; 2]) {
     );
 }
 
-/// Projected as a whole, the sun had errors of 20 % and the lamp of 15 to 25 %.
+/// Projected as a whole, the sun had an error of 9 % and the lamp of 5 %.
 #[test]
 fn a_ring_agrees_with_the_reference() {
     let device = Device::open();
@@ -84,7 +84,7 @@ fn a_ring_agrees_with_the_reference() {
     }
 }
 
-/// The rays of chains start from the parts of a lamp. Projected as a whole, it had errors of 15 %.
+/// The rays of chains start from the parts of a lamp. Projected as a whole, it had an error of 11 %.
 #[test]
 fn a_glass_ball_agrees_with_the_reference() {
     let device = Device::open();
