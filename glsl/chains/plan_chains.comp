@@ -37,6 +37,15 @@ const float MAX_FILLED = 0.7;
 // The light and the rays that land on each receiver, on all lattices. Receivers whose numbers are SPLAT_GROUP apart count as one.
 shared vec2 landed[SPLAT_GROUP];
 
+// The pilots of lattices that are planned together, as one.
+struct Group {
+    LatticePilot pilot;
+    float cells; // number of them
+    float share; // of the light of chains in that of their receivers
+};
+shared Group groups[SPLAT_GROUP];  // a part of each thread
+shared vec2 counts[SPLAT_GROUP];   // the same of numbers of rays and footprints
+
 uint receivers() {
     return push.receiver_count + push.mesh_count;
 }
@@ -66,20 +75,38 @@ float footprint_count(LatticePilot pilot, LatticePlan plan) {
     return exp2(float(plan.halvings)) * (float(plan.bands * pilot.landings) + pilot.parts);
 }
 
-// The pilots of the lattices that are planned together with one, as one, and the mean number of its cells.
-LatticePilot pilot_of_group(ChainLattice lattice, out float cells) {
-    LatticePilot group = LatticePilot(0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0);
-    cells = 0.0;
-    uint end = lattice.first_of_group + lattice.group_size;
-    for (uint i = lattice.first_of_group; i < end; i++) {
-        LatticePilot pilot = lattice_pilots[i];
-        group.chains += pilot.chains;
-        group.landings += pilot.landings;
-        group.flux += pilot.flux;
-        group.incoherent += pilot.incoherent;
-        cells += float(lattices[i].columns * lattices[i].rows);
+void add(inout Group group, Group other) {
+    group.pilot.chains += other.pilot.chains;
+    group.pilot.landings += other.pilot.landings;
+    group.pilot.flux += other.pilot.flux;
+    group.pilot.incoherent += other.pilot.incoherent;
+    group.cells += other.cells;
+    group.share += other.share;
+}
+
+// The share of a lattice's light of chains in that of each receiver, added up. `all`: light that lands, W.
+float share_of(uint number, float all) {
+    float share = 0.0;
+    for (uint receiver = 0; receiver < receivers(); receiver++) {
+        share += lattice_fluxes[number * receivers() + receiver].z / max(max(landed[receiver % SPLAT_GROUP].x, DIM_RECEIVER * all), 1e-30);
     }
-    cells /= float(lattice.group_size);
+    return share;
+}
+
+const Group NOTHING = Group(LatticePilot(0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0);
+
+// The group of lattices that begins with number `first`. All threads call it.
+Group group_at(uint first, float all) {
+    Group group = NOTHING;
+    uint end = first + lattices[first].group_size;
+    for (uint i = first + gl_LocalInvocationIndex; i < end; i += SPLAT_GROUP) {
+        add(group, Group(lattice_pilots[i], float(lattices[i].columns * lattices[i].rows), share_of(i, all)));
+    }
+    barrier(); // the threads have read the group before
+    groups[gl_LocalInvocationIndex] = group;
+    barrier();
+    group = NOTHING;
+    for (uint i = 0; i < SPLAT_GROUP; i++) add(group, groups[i]);
     return group;
 }
 
@@ -134,56 +161,54 @@ void main() {
     barrier();
     vec2 all = vec2(0.0);
     for (uint i = 0; i < SPLAT_GROUP; i++) all += landed[i];
-    // The share of all light that a lattice may bring without a pilot ray that says so.
+    // The share of all light that a group may bring without a pilot ray that says so.
     float unseen = UNSEEN / max(all.y, 1.0);
-    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
-        ChainLattice lattice = lattices[i];
-        float cells;
-        LatticePilot group = pilot_of_group(lattice, cells);
-        float share = group.landings == 0 ? unseen : 0.0;
-        for (uint j = lattice.first_of_group; j < lattice.first_of_group + lattice.group_size; j++) {
-            for (uint receiver = 0; receiver < receivers(); receiver++) {
-                share += lattice_fluxes[j * receivers() + receiver].z / max(max(landed[receiver % SPLAT_GROUP].x, DIM_RECEIVER * all.x), 1e-30);
-            }
+    uint next = 0;
+    for (uint first = 0; first < push.lattice_count; first = next) {
+        ChainLattice lattice = lattices[first];
+        next = first + lattice.group_size;
+        Group group = group_at(first, all.x);
+        float share = group.pilot.landings == 0 ? unseen : group.share;
+        uint halvings = halvings_for(lattice, group.pilot, group.cells / float(lattice.group_size), share);
+        for (uint i = first + own; i < next; i += SPLAT_GROUP) {
+            lattice_plans[i] = LatticePlan(halvings, bands_for(lattice_pilots[i]));
         }
-        lattice_plans[i] = LatticePlan(halvings_for(lattice, group, cells, share), bands_for(lattice_pilots[i]));
     }
     memoryBarrierBuffer();
     barrier();
     // All lattices give up halvings until there is room for their rays and footprints.
     uint fewer = 0;
     for (; fewer < MOST_GIVEN_UP; fewer++) {
-        float rays = 0.0;
-        float footprints = 0.0;
-        for (uint i = 0; i < push.lattice_count; i++) {
+        vec2 count = vec2(0.0);
+        for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
             LatticePlan plan = with_fewer(lattice_plans[i], fewer);
-            rays += ray_count(lattices[i], lattice_pilots[i], plan);
-            footprints += footprint_count(lattice_pilots[i], plan);
+            count += vec2(ray_count(lattices[i], lattice_pilots[i], plan), footprint_count(lattice_pilots[i], plan));
         }
-        if (rays <= float(push.ray_capacity) && footprints <= MAX_FILLED * float(push.splat_capacity)) break;
+        barrier(); // the threads have read the counts before
+        counts[own] = count;
+        barrier();
+        count = vec2(0.0);
+        for (uint i = 0; i < SPLAT_GROUP; i++) count += counts[i];
+        if (count.x <= float(push.ray_capacity) && count.y <= MAX_FILLED * float(push.splat_capacity)) break;
     }
-    barrier();
     for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
         lattice_plans[i] = with_fewer(lattice_plans[i], fewer);
     }
+    for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) chain_errors[receiver] = vec2(0.0);
     memoryBarrierBuffer();
     barrier();
-    for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
-        vec2 sums = vec2(0.0);
-        uint next = 0;
-        while (next < push.lattice_count) {
-            uint first = next;
-            next += lattices[first].group_size;
-            uint halvings = lattice_plans[first].halvings;
-            if (halvings == NO_RAYS) continue;
-            float cells;
-            LatticePilot group = pilot_of_group(lattices[first], cells);
+    for (uint first = 0; first < push.lattice_count; first = next) {
+        next = first + lattices[first].group_size;
+        uint halvings = lattice_plans[first].halvings;
+        if (halvings == NO_RAYS) continue;
+        LatticePilot pilot = group_at(first, all.x).pilot;
+        float error = own_error(lattices[first], pilot, halvings);
+        for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
             float flux = 0.0;
             for (uint i = first; i < next; i++) flux += lattice_fluxes[i * receivers() + receiver].z;
-            float share = group.landings == 0 ? unseen : flux / max(landed[receiver % SPLAT_GROUP].x, 1e-30);
-            sums += share * vec2(own_error(lattices[first], group, halvings), 1.0);
+            float share = pilot.landings == 0 ? unseen : flux / max(landed[receiver % SPLAT_GROUP].x, 1e-30);
+            chain_errors[receiver] += share * vec2(error, 1.0);
         }
-        chain_errors[receiver] = sums;
     }
     if (own != 0) return;
     chain_errors[receivers()] = vec2(fewer, 0.0);

@@ -29,22 +29,31 @@ const RAYS: [f64; 2] = [1024.0, 262_144.0];
 const RAYS_OF_ALL: f64 = 2.25;
 /// Number of rays of all lattices, at most.
 pub const MAX_RAYS: u32 = 1 << 19;
-/// Number of rays before refinement: of all lattices, about, and at least of one. A part of the light that is not met by these rays is
-/// not looked for among the others as closely.
+/// Number of rays before refinement: of all lattices, about, of which every group has the same share; and at least of one. A part of the
+/// light that is not met by these rays is not looked for among the others as closely.
 const PILOT_RAYS: f64 = 4096.0;
-const MIN_PILOT_RAYS: f64 = 64.0;
+const MIN_PILOT_RAYS: f64 = 16.0;
 /// Maximum number of pairs of face and vertex that are compared to find whether a caster is convex.
 const MAX_PAIRS: usize = 1 << 24;
 /// Maximum number of lattices of a lamp to a caster.
 const FACES: u32 = 6;
 
-/// Number of cells of an environment.
-const ENVIRONMENT_CELLS: usize = 64;
+/// Number of cells of an environment, over the root of the number of rays of a lattice: for an error to aim for, where few rays of the
+/// cells are refined less than the others, and for a number of samples. Directions and places of the rays are refined alike by it. On
+/// glass balls, tumblers, mirrors and irregular meshes this gave the least error of 64 to 1024 cells for the same rays.
+const CELLS_FOR_ERROR: f64 = 4.0;
+const CELLS_FOR_SAMPLES: f64 = 2.0;
+/// Its minimum and maximum.
+const ENVIRONMENT_CELLS: [usize; 2] = [64, 1024];
+/// Maximum number of lattices of an environment to all casters beyond that minimum.
+const ENVIRONMENT_LATTICES: usize = 4096;
 
 pub struct DeviceLattices {
     /// Suns and lamps, or the parts of wide ones, then the environment's cells.
     pub lights: Buffer,
     cells: Vec<EnvironmentCell>,
+    /// Number of the environment's cells.
+    cell_count: usize,
     pub buffer: Buffer,
     pub count: u32,
     /// Maximum number of lattices.
@@ -78,24 +87,37 @@ impl DeviceLattices {
         let may_chain = may_chain(scene);
         let is_needed = may_chain && settings.method == Method::Footprint;
         let casters = (scene.objects.iter()).filter(|object| starts_chains(scene, object));
+        let casters = if is_needed { casters.count() } else { 0 };
+        let cell_count = environment_cells(settings, casters);
         let casting = (scene.lights.iter()).filter(|light| light.kind.casts_caustics());
         let mut rings = rings.iter();
         let mut parts = || part_count(*rings.next().expect("every sun and lamp has them"));
         // Numbers of lights and of lattices to a caster.
-        let numbers = casting.map(|light| match light.kind {
-            LightKind::Environment { .. } => [ENVIRONMENT_CELLS as u32; 2],
-            LightKind::Sun { .. } => [parts(); 2],
-            LightKind::Lamp { .. } => {
-                let parts = parts();
-                [parts, FACES * parts]
-            }
-        });
-        let [lights, lattices] = numbers.fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
-        let capacity = u32::from(is_needed) * lattices * casters.count() as u32;
+        let numbers: Vec<[u32; 2]> = casting
+            .map(|light| match light.kind {
+                LightKind::Environment { .. } => [cell_count as u32; 2],
+                LightKind::Sun { .. } => [parts(); 2],
+                LightKind::Lamp { .. } => {
+                    let parts = parts();
+                    [parts, FACES * parts]
+                }
+            })
+            .collect();
+        let lights: u32 = numbers.iter().map(|[lights, _]| lights).sum();
+        let groups = numbers.len() * casters;
+        let of_each = |of: &dyn Fn(u32) -> u32| {
+            casters as u32
+                * numbers
+                    .iter()
+                    .map(|&[_, lattices]| of(lattices))
+                    .sum::<u32>()
+        };
+        let capacity = of_each(&|lattices| lattices);
         let bytes = u64::from(capacity.max(1)) * size_of::<ChainLattice>() as u64;
         let rays = rays_of_lattice(settings);
         // Rows and columns are rounded.
-        let pilot_capacity = 2 * capacity * pilot_rays(capacity) as u32;
+        let pilot_capacity =
+            of_each(&|lattices| 2 * lattices * pilot_rays(groups, lattices as usize) as u32);
         let of_all = match Coordinate::of(scene) {
             None => RAYS_OF_ALL * rays,
             Some(_) => {
@@ -107,6 +129,7 @@ impl DeviceLattices {
         Ok(Self {
             lights: Buffer::new(context, "lights of chains", light_bytes)?,
             cells: Vec::new(),
+            cell_count,
             buffer: Buffer::new(context, "lattices", bytes)?,
             count: 0,
             capacity,
@@ -185,7 +208,7 @@ impl DeviceLattices {
         let environment = EnvironmentLight::of(scene)?.filter(|light| light.casts_caustics);
         if let Some(environment) = environment {
             if is_another {
-                let subdivision = subdivide(environment.map, &[ENVIRONMENT_CELLS]);
+                let subdivision = subdivide(environment.map, &[self.cell_count]);
                 let cells = subdivision.rects[0].iter();
                 self.cells = cells.map(|rect| subdivision.cell(rect)).collect();
             }
@@ -226,14 +249,15 @@ impl DeviceLattices {
         };
         self.flux = windows().map(flux).sum();
         let rays = rays_of_lattice(settings);
-        let pilot = pilot_rays(windows().count() as u32);
-        let refinements = (0.5 * (rays / pilot).log2()).ceil().max(0.0) as u32;
+        let group_count = groups.len();
         let mut first = 0;
         let mut lattices = Vec::new();
         for Group { object, windows } in groups {
             let first_of_group = lattices.len() as u32;
             let group_size = windows.len() as u32;
             let first_light = windows.first().map_or(0, |(light, _)| *light);
+            let pilot = pilot_rays(group_count, windows.len());
+            let refinements = (0.5 * (rays / pilot).log2()).ceil().max(0.0) as u32;
             for (light, window) in windows {
                 let (columns, rows) =
                     window.columns_and_rows(pilot.max(rays * 0.25f64.powi(refinements as i32)));
@@ -272,9 +296,22 @@ fn disperses(scene: &Scene, object: &Object) -> bool {
     object.blocks_light && (scene.materials[object.material].kind.dispersion()).is_some()
 }
 
-/// Number of rays of each of `count` lattices before refinement, about.
-fn pilot_rays(count: u32) -> f64 {
-    (PILOT_RAYS / f64::from(count.max(1))).max(MIN_PILOT_RAYS)
+/// Number of rays before refinement of each of the `lattices` of one of `groups`, about.
+fn pilot_rays(groups: usize, lattices: usize) -> f64 {
+    (PILOT_RAYS / (groups * lattices).max(1) as f64).max(MIN_PILOT_RAYS)
+}
+
+/// Number of cells of an environment whose light a number of casters throw.
+fn environment_cells(settings: &Settings, casters: usize) -> usize {
+    let of_rays = match settings.error {
+        Some(_) => CELLS_FOR_ERROR,
+        None => CELLS_FOR_SAMPLES,
+    };
+    let cells = (of_rays * rays_of_lattice(settings).sqrt()) as usize;
+    let [fewest, most] = ENVIRONMENT_CELLS;
+    cells
+        .clamp(fewest, most)
+        .min((ENVIRONMENT_LATTICES / casters.max(1)).max(fewest))
 }
 
 /// Maximum number of rays of a lattice.
