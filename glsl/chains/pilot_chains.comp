@@ -106,7 +106,7 @@ void main() {
     LATTICE_OF(number, index)
     ChainLattice lattice = lattices[number];
     uvec2 cell = column_and_row(lattice, index - lattice.first);
-    vec2 place = vec2(cell) + WITHIN_CELL;
+    vec2 place = shifted(lattice, vec2(cell) + WITHIN_CELL, uvec2(0));
     float finest = exp2(-float(lattice.refinements));
     PilotEnd end;
     PilotRay ray = follow(ray_at(lattice, place, uvec2(0)), index, finest, end);

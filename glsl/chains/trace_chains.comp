@@ -67,7 +67,7 @@ ChainPath ray_of_lattices(uint ray) {
     uvec2 place = column_and_row(lattice, cell - lattice.first) << halved;
     place += uvec2(part & (1u << halved.x) - 1u, part >> halved.x);
     uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
-    ChainPath path = ray_at(lattice, vec2(place) + WITHIN_CELL, halved);
+    ChainPath path = ray_at(lattice, shifted(lattice, vec2(place) + WITHIN_CELL, halved), halved);
     path.counts = level << 16 | band << 24 | bands << 28;
     return path;
 }

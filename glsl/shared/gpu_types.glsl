@@ -366,6 +366,8 @@ struct ChainLattice {
     uint refinements; // number of times that the spacing is halved for the error to aim for where all rays land and neighbours agree
     uint first_of_group; // lattices from the same light, or from all cells of the environment, to the same caster
     uint group_size;
+    vec2 shift;      // of its rays, in cells
+    vec2 unused;
 };
 
 // Where the ray through the middle of a lattice's cell lands.

@@ -6,6 +6,14 @@ const uint MAX_LATTICE_LEVEL = 3;
 // meets an edge exactly may miss both triangles.
 const vec2 WITHIN_CELL = vec2(0.4716, 0.5387);
 
+// The place of a ray, in cells whose columns and rows are halved `halved` times, after the shift of its lattice: what leaves on one side
+// comes back on the other.
+vec2 shifted(ChainLattice lattice, vec2 place, uvec2 halved) {
+    vec2 cells = vec2(lattice.columns << halved.x, lattice.rows << halved.y);
+    vec2 moved = place + exp2(vec2(halved)) * lattice.shift;
+    return moved - floor(moved / cells) * cells;
+}
+
 // The ray at `place` of a lattice, in cells whose columns and rows are halved `halved` times, as it leaves its light. Without its band
 // and its level.
 ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved) {

@@ -102,7 +102,7 @@ mirrors! {
     }
     ChainLattice {
         origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
-        rows: u32, refinements: u32, first_of_group: u32, group_size: u32,
+        rows: u32, refinements: u32, first_of_group: u32, group_size: u32, shift: Vec2, unused: Vec2,
     }
     PilotRay { flux: f32, receiver: u32, interfaces: u32, dispersed: f32, }
     LatticePilot {

@@ -15,7 +15,7 @@ use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
 use crate::render::spectrum::Coordinate;
 use crate::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3, Vec2};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ pub const MAX_RAYS: u32 = 1 << 19;
 /// Number of rays before refinement: of all lattices, about, of which every group has the same share; and at least of one. A part of the
 /// light that is not met by these rays is not looked for among the others as closely.
 const PILOT_RAYS: f64 = 4096.0;
-const MIN_PILOT_RAYS: f64 = 16.0;
+const MIN_PILOT_RAYS: f64 = 64.0;
 /// Maximum number of pairs of face and vertex that are compared to find whether a caster is convex.
 const MAX_PAIRS: usize = 1 << 24;
 /// Maximum number of lattices of a lamp to a caster.
@@ -46,7 +46,7 @@ const CELLS_FOR_SAMPLES: f64 = 2.0;
 /// Its minimum and maximum.
 const ENVIRONMENT_CELLS: [usize; 2] = [64, 1024];
 /// Maximum number of lattices of an environment to all casters beyond that minimum.
-const ENVIRONMENT_LATTICES: usize = 4096;
+const ENVIRONMENT_LATTICES: usize = 2048;
 
 pub struct DeviceLattices {
     /// Suns and lamps, or the parts of wide ones, then the environment's cells.
@@ -263,10 +263,8 @@ impl DeviceLattices {
                     window.columns_and_rows(pilot.max(rays * 0.25f64.powi(refinements as i32)));
                 let edge_u = window.edge_u / f64::from(columns);
                 let edge_v = window.edge_v / f64::from(rows);
-                // All windows of a lamp have the same shift, so that their lattices continue one another.
-                let [u, v] = shift_of(light - first_light);
                 lattices.push(ChainLattice {
-                    origin: (window.origin + u * edge_u + v * edge_v).as_vec3(),
+                    origin: window.origin.as_vec3(),
                     first,
                     edge_u: edge_u.as_vec3(),
                     columns,
@@ -278,6 +276,8 @@ impl DeviceLattices {
                     refinements,
                     first_of_group,
                     group_size,
+                    shift: shift_of(light - first_light).as_vec2(),
+                    unused: Vec2::ZERO,
                 });
                 first += columns * rows;
             }
@@ -369,12 +369,10 @@ struct Group {
 /// By which a lattice of a group is shifted, in cells, for the number of its light in the group. The rays of each light pass their cells at
 /// another place, so that errors which a coarse lattice makes at the outline of a caster cancel over the group. The places are those of the additive recurrence R2 (Roberts, *The
 /// unreasonable effectiveness of quasirandom sequences*, 2018) from `WITHIN_CELL` on (`lattice_ray.glsl`).
-fn shift_of(number: u32) -> [f64; 2] {
-    const WITHIN_CELL: [f64; 2] = [0.4716, 0.5387];
-    const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-    [0, 1].map(|axis| {
-        (WITHIN_CELL[axis] + f64::from(number) * STEP[axis]).fract() - WITHIN_CELL[axis]
-    })
+fn shift_of(number: u32) -> DVec2 {
+    const WITHIN_CELL: DVec2 = DVec2::new(0.4716, 0.5387);
+    const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
+    (WITHIN_CELL + f64::from(number) * STEP).fract() - WITHIN_CELL
 }
 
 /// A rectangle of rays: origin + u edge_u + v edge_v, u and v from 0 to 1.
