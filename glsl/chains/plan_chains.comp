@@ -40,11 +40,12 @@ shared vec2 landed[SPLAT_GROUP];
 // The pilots of lattices that are planned together, as one.
 struct Group {
     LatticePilot pilot;
-    float cells; // number of them
-    float share; // of the light of chains in that of their receivers
+    float cells; // their number in all lattices
+    float share; // of the light of chains in the light of each receiver, added up
 };
-shared Group groups[SPLAT_GROUP];  // a part of each thread
-shared vec2 counts[SPLAT_GROUP];   // the same of numbers of rays and footprints
+// Partial sums, one a thread: of a group, and of the numbers of rays and footprints.
+shared Group groups[SPLAT_GROUP];
+shared vec2 counts[SPLAT_GROUP];
 
 uint receivers() {
     return push.receiver_count + push.mesh_count;
@@ -84,7 +85,7 @@ void add(inout Group group, Group other) {
     group.share += other.share;
 }
 
-// The share of a lattice's light of chains in that of each receiver, added up. `all`: light that lands, W.
+// The share of a lattice's light of chains in the light of each receiver, added up. `all`: light that lands on all receivers, W.
 float share_of(uint number, float all) {
     float share = 0.0;
     for (uint receiver = 0; receiver < receivers(); receiver++) {

@@ -158,8 +158,8 @@ fn a_glass_ball_shows_the_sky() {
     };
     assert_error(
         "a ball under the sky",
-        0.05,
+        0.04,
         l1(&map, &exact),
-        l1(&scaled(&map, 1.12), &exact),
+        l1(&scaled(&map, 1.08), &exact),
     );
 }
