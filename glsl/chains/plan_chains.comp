@@ -17,8 +17,6 @@ layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
 
 // Chains add at most this share of the error to aim for to the light of their receivers, or the share that they have of that light.
 const float MAX_ADDED = 0.5;
-// Twice as many rays are not taken for less than this excess of the estimate, which is cautious.
-const float TOLERANCE = 1.05;
 // A receiver with less than this share of all light is judged as if it had this share.
 const float DIM_RECEIVER = 0.01;
 // Error of the light of a lattice, from three figures that were fitted to glass balls, tumblers and irregular meshes with an error of 1 to
@@ -27,12 +25,6 @@ const float SMOOTH_ERROR = 2.5;
 const float SCATTERED_ERROR = 8.0;
 // That of cells whose neighbours disagree: a part of their light lands elsewhere.
 const float INCOHERENT_ERROR = 0.4;
-// That of directions of the light that land elsewhere than its middle, cautiously. Rays are counted by its expected value, since it falls with the
-// root of the root of their number only.
-const float DIRECTION_ERROR = 0.5;
-const float EXPECTED_DIRECTION_ERROR = 0.27;
-// Smaller pieces of the light are taken where they leave less than this share of the error.
-const float CLEARLY_LESS = 0.9;
 // Halvings beyond the refinements of the lattice.
 const uint MORE_HALVINGS = 8;
 // Where no pilot ray of a chain lands, up to about this number may have missed, whose neighbours disagree.
@@ -59,33 +51,14 @@ uint receivers() {
     return push.receiver_count + push.mesh_count;
 }
 
-// Error of the light of chains of a lattice with so many halvings of its cells, and of the sides of its light, relative to this light.
-float own_error(ChainLattice lattice, LatticePilot pilot, uint halvings, uint light_halvings, float direction_error) {
-    // Rays that carry the same piece of the light are farther apart.
-    float of_places = float(halvings) - 2.0 * float(light_halvings);
-    float rays = max(float(pilot.landings), UNSEEN) * exp2(of_places);
+// Error of the light of chains of a lattice with so many halvings, relative to this light.
+float own_error(ChainLattice lattice, LatticePilot pilot, uint halvings) {
+    float rays = max(float(pilot.landings), UNSEEN) * exp2(float(halvings));
     // The share of the cells that cross a discontinuity of the light falls with their side.
-    float incoherent = pilot.landings == 0 ? UNSEEN_INCOHERENCE : min(pilot.incoherent.x / pilot.flux, 0.98);
-    float crossed = -log(1.0 - incoherent) * exp2(float(lattice.refinements) - 0.5 * of_places);
-    float misled = pilot.landings == 0 ? 0.0 : pilot.incoherent.y / pilot.flux * exp2(-float(light_halvings));
+    float incoherent = pilot.landings == 0 ? UNSEEN_INCOHERENCE : min(pilot.incoherent / pilot.flux, 0.98);
+    float crossed = -log(1.0 - incoherent) * exp2(float(lattice.refinements) - 0.5 * float(halvings));
     float sparse = (SMOOTH_ERROR + SCATTERED_ERROR * incoherent) * inversesqrt(rays);
-    vec3 error = vec3(sparse, INCOHERENT_ERROR * (1.0 - exp(-crossed)), direction_error * misled);
-    return min(length(error), 1.0);
-}
-
-// How often the sides of the light are best halved with so many halvings of the cells.
-uint light_halvings_for(ChainLattice lattice, LatticePilot pilot, uint halvings) {
-    uint best = 0;
-    for (uint tried = 1; tried <= min(MAX_LIGHT_HALVINGS, halvings / 2); tried++) {
-        float error = own_error(lattice, pilot, halvings, tried, DIRECTION_ERROR);
-        if (error < CLEARLY_LESS * own_error(lattice, pilot, halvings, best, DIRECTION_ERROR)) best = tried;
-    }
-    return best;
-}
-
-// Error of the light of chains of a lattice with so many halvings, relative to this light, by which they are chosen.
-float planned_error(ChainLattice lattice, LatticePilot pilot, uint halvings) {
-    return own_error(lattice, pilot, halvings, light_halvings_for(lattice, pilot, halvings), EXPECTED_DIRECTION_ERROR);
+    return min(length(vec2(sparse, INCOHERENT_ERROR * (1.0 - exp(-crossed)))), 1.0);
 }
 
 // Number of rays of a lattice.
@@ -100,9 +73,7 @@ float ray_count(ChainLattice lattice, LatticePilot pilot, LatticePlan plan) {
 // Number of footprints of a lattice, about: one for each part of the spectrum of each ray that lands.
 float footprint_count(LatticePilot pilot, LatticePlan plan) {
     if (plan.halvings == NO_RAYS) return 0.0;
-    // The footprints of pieces of the light are narrower than the pilot's, by up to the share of a piece.
-    float parts = pilot.parts * exp2(float(plan.light_halvings));
-    return exp2(float(plan.halvings)) * (float(plan.bands * pilot.landings) + parts);
+    return exp2(float(plan.halvings)) * (float(plan.bands * pilot.landings) + pilot.parts);
 }
 
 void add(inout Group group, Group other) {
@@ -123,7 +94,7 @@ float share_of(uint number, float all) {
     return share;
 }
 
-const Group NOTHING = Group(LatticePilot(0, 0, 0, 0, vec2(0.0), 0.0, 0.0, 0.0, 0.0), 0.0, 0.0);
+const Group NOTHING = Group(LatticePilot(0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0);
 
 // The group of lattices that begins with number `first`. All threads call it.
 Group group_at(uint first, float all) {
@@ -150,12 +121,9 @@ uint halvings_for(ChainLattice lattice, LatticePilot pilot, float cells, float s
     }
     if (push.error > 0.0) {
         uint most = 2 * lattice.refinements + MORE_HALVINGS;
-        float allowed = TOLERANCE * push.error * max(MAX_ADDED, share);
         uint halvings = 0;
-        for (; halvings < most && share * planned_error(lattice, pilot, halvings) > allowed; halvings++) {
-            // Others would give up their rays for those that there can be no room for.
-            if (exp2(float(halvings + 1)) * float(pilot.landings) > float(MAX_RAYS)) break;
-        }
+        float allowed = push.error * max(MAX_ADDED, share);
+        while (halvings < most && share * own_error(lattice, pilot, halvings) > allowed) halvings++;
         return halvings;
     }
     // As many rays land as the lattice would have, if all of them landed.
@@ -167,9 +135,9 @@ uint halvings_for(ChainLattice lattice, LatticePilot pilot, float cells, float s
 // deviations of the footprint within a band: over a band, places are linear in the index of refraction.
 const float MAX_DISPERSED = 6.0;
 
-uint bands_for(LatticePilot pilot, uint light_halvings) {
+uint bands_for(LatticePilot pilot) {
     float bands = 1.0;
-    if (DISPERSES) bands = clamp(ceil(pilot.dispersed * exp2(float(light_halvings)) / MAX_DISPERSED), 1.0, float(MAX_BANDS));
+    if (DISPERSES) bands = clamp(ceil(pilot.dispersed / MAX_DISPERSED), 1.0, float(MAX_BANDS));
     return uint(bands);
 }
 
@@ -178,31 +146,9 @@ const uint MOST_GIVEN_UP = 31;
 
 // The plan of a lattice that gives up so many halvings.
 LatticePlan with_fewer(LatticePlan plan, uint fewer) {
-    if (plan.halvings == NO_RAYS) return plan;
-    plan.halvings = uint(max(int(plan.halvings) - int(fewer), 0));
-    plan.light_halvings = min(plan.light_halvings, plan.halvings / 2);
+    if (plan.halvings != NO_RAYS) plan.halvings = uint(max(int(plan.halvings) - int(fewer), 0));
     if (fewer == MOST_GIVEN_UP) plan.bands = 1;
     return plan;
-}
-
-// The halvings that all lattices give up, so that there is room for their rays and footprints. All threads call it.
-uint given_up() {
-    memoryBarrierBuffer();
-    barrier(); // the plans are written
-    for (uint fewer = 0; fewer < MOST_GIVEN_UP; fewer++) {
-        vec2 count = vec2(0.0);
-        for (uint i = gl_LocalInvocationIndex; i < push.lattice_count; i += SPLAT_GROUP) {
-            LatticePlan plan = with_fewer(lattice_plans[i], fewer);
-            count += vec2(ray_count(lattices[i], lattice_pilots[i], plan), footprint_count(lattice_pilots[i], plan));
-        }
-        barrier(); // the threads have read the counts before
-        counts[gl_LocalInvocationIndex] = count;
-        barrier();
-        count = vec2(0.0);
-        for (uint i = 0; i < SPLAT_GROUP; i++) count += counts[i];
-        if (count.x <= float(push.ray_capacity) && count.y <= MAX_FILLED * float(push.splat_capacity)) return fewer;
-    }
-    return MOST_GIVEN_UP;
 }
 
 // One workgroup.
@@ -211,7 +157,6 @@ void main() {
     vec2 sum = vec2(0.0);
     for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
         for (uint i = 0; i < push.lattice_count; i++) sum += lattice_fluxes[i * receivers() + receiver].xy;
-        chain_errors[receiver] = vec2(0.0);
     }
     landed[own] = sum;
     barrier();
@@ -227,28 +172,38 @@ void main() {
         float share = group.pilot.landings == 0 ? unseen : group.share;
         uint halvings = halvings_for(lattice, group.pilot, group.cells / float(lattice.group_size), share);
         for (uint i = first + own; i < next; i += SPLAT_GROUP) {
-            lattice_plans[i] = LatticePlan(halvings, bands_for(lattice_pilots[i], 0), 0);
+            lattice_plans[i] = LatticePlan(halvings, bands_for(lattice_pilots[i]));
         }
     }
-    // The pieces of the light are those that suit the rays for which there is room, and their footprints need room, too.
-    uint fewer = given_up();
-    for (uint first = 0; first < push.lattice_count; first = next) {
-        next = first + lattices[first].group_size;
-        LatticePlan plan = with_fewer(lattice_plans[first], fewer);
-        if (plan.halvings == NO_RAYS) continue;
-        uint of_light = light_halvings_for(lattices[first], group_at(first, all.x).pilot, plan.halvings);
-        for (uint i = first + own; i < next; i += SPLAT_GROUP) {
-            lattice_plans[i].light_halvings = of_light;
-            lattice_plans[i].bands = bands_for(lattice_pilots[i], of_light);
+    memoryBarrierBuffer();
+    barrier();
+    // All lattices give up halvings until there is room for their rays and footprints.
+    uint fewer = 0;
+    for (; fewer < MOST_GIVEN_UP; fewer++) {
+        vec2 count = vec2(0.0);
+        for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
+            LatticePlan plan = with_fewer(lattice_plans[i], fewer);
+            count += vec2(ray_count(lattices[i], lattice_pilots[i], plan), footprint_count(lattice_pilots[i], plan));
         }
+        barrier(); // the threads have read the counts before
+        counts[own] = count;
+        barrier();
+        count = vec2(0.0);
+        for (uint i = 0; i < SPLAT_GROUP; i++) count += counts[i];
+        if (count.x <= float(push.ray_capacity) && count.y <= MAX_FILLED * float(push.splat_capacity)) break;
     }
-    fewer = given_up();
+    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
+        lattice_plans[i] = with_fewer(lattice_plans[i], fewer);
+    }
+    for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) chain_errors[receiver] = vec2(0.0);
+    memoryBarrierBuffer();
+    barrier();
     for (uint first = 0; first < push.lattice_count; first = next) {
         next = first + lattices[first].group_size;
-        LatticePlan plan = with_fewer(lattice_plans[first], fewer);
-        if (plan.halvings == NO_RAYS) continue;
+        uint halvings = lattice_plans[first].halvings;
+        if (halvings == NO_RAYS) continue;
         LatticePilot pilot = group_at(first, all.x).pilot;
-        float error = own_error(lattices[first], pilot, plan.halvings, plan.light_halvings, DIRECTION_ERROR);
+        float error = own_error(lattices[first], pilot, halvings);
         for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
             float flux = 0.0;
             for (uint i = first; i < next; i++) flux += lattice_fluxes[i * receivers() + receiver].z;
@@ -256,8 +211,6 @@ void main() {
             chain_errors[receiver] += share * vec2(error, 1.0);
         }
     }
-    barrier(); // the plans have been read
-    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) lattice_plans[i] = with_fewer(lattice_plans[i], fewer);
     if (own != 0) return;
     chain_errors[receivers()] = vec2(fewer, 0.0);
 }

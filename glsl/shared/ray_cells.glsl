@@ -29,9 +29,6 @@ uint cell_halvings(LatticePlan plan, uint kind) {
     return uint(max(int(plan.halvings) - FEWER[kind], 0));
 }
 
-// How often the sides of a light are halved, at most: rays have at most 16 pieces of it.
-const uint MAX_LIGHT_HALVINGS = 2;
-
 // Halvings of a lattice without chains.
 const uint NO_RAYS = 0xffffffffu;
 
@@ -41,8 +38,8 @@ uvec2 sides_halved(uint halvings) {
 }
 
 // A cell's halvings, and the bands of its lattice, in a word.
-uint pack_cell(uint halvings, uint bands, uint halved) {
-    return halvings | bands << 8 | halved << 16;
+uint pack_cell(uint halvings, uint bands) {
+    return halvings | bands << 8;
 }
 
 uint halvings_of_cell(uint word) {
@@ -50,26 +47,19 @@ uint halvings_of_cell(uint word) {
 }
 
 uint bands_of_cell(uint word) {
-    return word >> 8 & 0xffu;
-}
-
-// How often the sides of the light are halved.
-uint light_halvings_of_cell(uint word) {
-    return word >> 16;
+    return word >> 8;
 }
 
 // In `PilotRay.interfaces`: the ray is one of chains.
-const uint IS_CHAIN = 1u << 8;
+const uint IS_CHAIN = 1u << 15;
 
-// The number of surfaces that a pilot ray met, with IS_CHAIN, and how far its neighbours, and the rays of other directions of the light,
-// disagree about where it lands, from 0 to 1.
-uint pack_pilot(uint interfaces, vec2 incoherent) {
-    uvec2 steps = uvec2(clamp(incoherent, 0.0, 1.0) * vec2(2047.0, 4095.0) + 0.5);
-    return interfaces | steps.x << 9 | steps.y << 20;
+// The number of surfaces that a pilot ray met, with IS_CHAIN, and how far its neighbours disagree about where it lands, from 0 to 1.
+uint pack_pilot(uint interfaces, float incoherent) {
+    return interfaces | uint(clamp(incoherent, 0.0, 1.0) * 65535.0) << 16;
 }
 
-vec2 incoherence_of_pilot(PilotRay ray) {
-    return vec2(ray.interfaces >> 9 & 2047u, ray.interfaces >> 20) / vec2(2047.0, 4095.0);
+float incoherence_of_pilot(PilotRay ray) {
+    return float(ray.interfaces >> 16) / 65535.0;
 }
 
 bool is_chain(PilotRay ray) {
