@@ -24,11 +24,11 @@ void main() {
     uint rays = 0;
     if (plan.halvings != NO_RAYS) {
         uint halvings = cell_halvings(plan, ray_cells[cell]);
-        ray_cells[cell] = pack_cell(halvings, plan.bands);
+        ray_cells[cell] = pack_cell(halvings, plan.bands, plan.light_halvings);
         rays = plan.bands << halvings;
         // The ray of an undivided cell is its pilot ray, which has shown whether it chains.
         bool is_known = false;
-        if (ONLY_MIRRORS) is_known = halvings == 0;
+        if (ONLY_MIRRORS) is_known = halvings == 0 && plan.light_halvings == 0;
         if (COUNTS_FLUX) is_known = false;
         if (is_known && !is_chain(pilot_ray_at(cell))) rays = 0;
     }

@@ -26,6 +26,7 @@ layout(std430, binding = 16) buffer FluxSums { uint flux_sums[]; };
 #include "light.glsl"
 #include "optics.glsl"
 #include "light_part.glsl"
+#include "light_piece.glsl"
 #include "media.glsl"
 #include "planar_receiver.glsl"
 #include "kernel_fit.glsl"

@@ -29,6 +29,7 @@ layout(std430, binding = 17) writeonly buffer LandingHits { ChainHit landing_hit
 #include "light.glsl"
 #include "optics.glsl"
 #include "light_part.glsl"
+#include "light_piece.glsl"
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"

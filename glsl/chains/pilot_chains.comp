@@ -22,6 +22,7 @@ layout(std430, binding = 9) readonly buffer AtlasNodes { AtlasNode atlas_nodes[]
 #include "light.glsl"
 #include "optics.glsl"
 #include "light_part.glsl"
+#include "light_piece.glsl"
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"
@@ -100,6 +101,23 @@ PilotRay follow(ChainPath path, uint seed, float finest, out PilotEnd end) {
     return ray;
 }
 
+// To which extent, from 0 to 1, the rays to both sides of a pilot ray land beside it: their places are `beside` on the lattice, or their directions are
+// those of opposite pieces of the light.
+float agreement(ChainLattice lattice, vec2 place, vec2 beside, LightPiece piece, uint seed, float finest, PilotRay ray, PilotEnd end) {
+    vec3 places[2];
+    for (int i = 0; i < 2; i++) {
+        float side = i == 0 ? 1.0 : -1.0;
+        LightPiece of_side = piece;
+        of_side.centre *= side;
+        PilotEnd other_end;
+        PilotRay other = follow(ray_at(lattice, place + side * beside, uvec2(0), of_side), seed, finest, other_end);
+        if (other.interfaces != ray.interfaces || other.flux == 0.0 || other.receiver != ray.receiver) return 0.0;
+        places[i] = other_end.place;
+    }
+    float uneven = 0.5 * length(places[0] + places[1] - 2.0 * end.place);
+    return 1.0 - uneven / max(uneven, sqrt(12.0) * end.blur + 0.5 * distance(places[0], places[1]));
+}
+
 void main() {
     uint index = thread_index();
     if (index >= push.pilot_count) return;
@@ -109,22 +127,20 @@ void main() {
     vec2 place = shifted(lattice, vec2(cell) + WITHIN_CELL, uvec2(0));
     float finest = exp2(-float(lattice.refinements));
     PilotEnd end;
-    PilotRay ray = follow(ray_at(lattice, place, uvec2(0)), index, finest, end);
+    PilotRay ray = follow(ray_at(lattice, place, uvec2(0), WHOLE_LIGHT), index, finest, end);
     // The rays beside it in the refined lattice. Where they take another way, or their ends are not evenly spaced, the footprint of the
     // ray stands for light that lands elsewhere. Along one axis for even cells, and along the other for odd ones.
     vec2 beside = (cell.y + index - lattice.first) % 2 == 0 ? vec2(finest, 0.0) : vec2(0.0, finest);
-    PilotEnd ends[2];
-    uint agree = 0;
-    for (int i = 0; i < (is_chain(ray) && ray.flux != 0.0 ? 2 : 0); i++) {
-        PilotEnd other_end;
-        PilotRay other = follow(ray_at(lattice, place + (i == 0 ? beside : -beside), uvec2(0)), index, finest, other_end);
-        if (i == 0) ends[0] = other_end; else ends[1] = other_end;
-        if (other.interfaces == ray.interfaces && other.flux != 0.0 && other.receiver == ray.receiver) agree++;
-    }
-    float incoherent = 1.0;
-    if (agree == 2) {
-        float uneven = 0.5 * length(ends[0].place + ends[1].place - 2.0 * end.place);
-        incoherent = uneven / max(uneven, sqrt(12.0) * end.blur + 0.5 * distance(ends[0].place, ends[1].place));
+    vec2 incoherent = vec2(0.0);
+    if (is_chain(ray) && ray.flux != 0.0) {
+        incoherent.x = 1.0 - agreement(lattice, place, beside, WHOLE_LIGHT, index, finest, ray, end);
+        // The same for opposite sides of the disc of a sun or lamp, by turns. The cells of an environment are narrow enough.
+        LightPiece piece = WHOLE_LIGHT;
+        piece.centre = cell.x % 2 == 0 ? vec2(DISC_RADIUS, 0.0) : vec2(0.0, DISC_RADIUS);
+        Light light = light_at(lattice.light);
+        if (light.size > 0.0 && light.half_azimuth == 0.0) incoherent.y = 1.0 - agreement(lattice, place, vec2(0.0), piece, index, finest, ray, end);
+        // Where neighbouring directions are bent apart smoothly, the disc's image keeps its place and extent to second order.
+        incoherent.y *= incoherent.y;
     }
     ray.interfaces = pack_pilot(ray.interfaces, incoherent);
     pilot_rays[index] = ray;

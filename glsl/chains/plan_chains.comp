@@ -25,8 +25,17 @@ const float SMOOTH_ERROR = 2.5;
 const float SCATTERED_ERROR = 8.0;
 // That of cells whose neighbours disagree: a part of their light lands elsewhere.
 const float INCOHERENT_ERROR = 0.4;
+// That of directions of the light that land elsewhere than its middle, cautiously, by which its pieces are chosen. Rays are counted, and the error is
+// estimated, by its expected value, since it falls with the root of the root of their number only.
+const float DIRECTION_ERROR = 0.5;
+const float EXPECTED_DIRECTION_ERROR = 0.27;
+// Smaller pieces of the light are taken where they leave less than this share of the error.
+const float CLEARLY_LESS = 0.9;
 // Halvings beyond the refinements of the lattice.
-const uint MORE_HALVINGS = 8;
+const uint MORE_HALVINGS = 12;
+// Halvings that cells near chains that land nowhere, and those near no chain, have less, at least.
+const uint LESS_NEAR_CHAINS = 2;
+const uint LESS_ELSEWHERE = 4;
 // Where no pilot ray of a chain lands, up to about this number may have missed, whose neighbours disagree.
 const float UNSEEN = 1.0;
 const float UNSEEN_INCOHERENCE = 0.8;
@@ -51,14 +60,51 @@ uint receivers() {
     return push.receiver_count + push.mesh_count;
 }
 
-// Error of the light of chains of a lattice with so many halvings, relative to this light.
-float own_error(ChainLattice lattice, LatticePilot pilot, uint halvings) {
-    float rays = max(float(pilot.landings), UNSEEN) * exp2(float(halvings));
+// Error of the light of chains of a lattice with so many halvings of its cells, and of the sides of its light, relative to this light.
+float own_error(ChainLattice lattice, LatticePilot pilot, uint halvings, uint light_halvings, float direction_error) {
+    // Rays that carry the same piece of the light are farther apart.
+    float of_places = float(halvings) - 2.0 * float(light_halvings);
+    float rays = max(float(pilot.landings), UNSEEN) * exp2(of_places);
     // The share of the cells that cross a discontinuity of the light falls with their side.
-    float incoherent = pilot.landings == 0 ? UNSEEN_INCOHERENCE : min(pilot.incoherent / pilot.flux, 0.98);
-    float crossed = -log(1.0 - incoherent) * exp2(float(lattice.refinements) - 0.5 * float(halvings));
+    float incoherent = pilot.landings == 0 ? UNSEEN_INCOHERENCE : min(pilot.incoherent.x / pilot.flux, 0.98);
+    float crossed = -log(1.0 - incoherent) * exp2(float(lattice.refinements) - 0.5 * of_places);
+    float misled = pilot.landings == 0 ? 0.0 : pilot.incoherent.y / pilot.flux * exp2(-float(light_halvings));
     float sparse = (SMOOTH_ERROR + SCATTERED_ERROR * incoherent) * inversesqrt(rays);
-    return min(length(vec2(sparse, INCOHERENT_ERROR * (1.0 - exp(-crossed)))), 1.0);
+    vec3 error = vec3(sparse, INCOHERENT_ERROR * (1.0 - exp(-crossed)), direction_error * misled);
+    return min(length(error), 1.0);
+}
+
+// How often the sides of the light are best halved with so many halvings of the cells.
+uint light_halvings_for(ChainLattice lattice, LatticePilot pilot, uint halvings) {
+    uint best = 0;
+    for (uint tried = 1; tried <= min(MAX_LIGHT_HALVINGS, halvings / 2); tried++) {
+        float error = own_error(lattice, pilot, halvings, tried, DIRECTION_ERROR);
+        if (error < CLEARLY_LESS * own_error(lattice, pilot, halvings, best, DIRECTION_ERROR)) best = tried;
+    }
+    return best;
+}
+
+// Error of the light of chains of a lattice with so many halvings, relative to this light, by which they are chosen.
+float planned_error(ChainLattice lattice, LatticePilot pilot, uint halvings) {
+    return own_error(lattice, pilot, halvings, light_halvings_for(lattice, pilot, halvings), EXPECTED_DIRECTION_ERROR);
+}
+
+// Halvings that cells of another kind have less: at least so many, and as many as let their rays be no more than those near landings.
+uint halvings_less(uint least, float cells, uint near_landings) {
+    return max(least, uint(max(ceil(log2(cells / float(near_landings))), 0.0)));
+}
+
+// Those of cells near chains that land nowhere, and of cells near no chain, in a lattice or a group of lattices with so many cells. Few of them
+// hold light that lands, but some do: their rays are spread more widely, not left out, so that no light is lost.
+uvec2 less_by_kind(LatticePilot pilot, float cells) {
+    // The balance of flux counts light that does not land, too. With a number of samples, and on meshes, where a landing costs more than
+    // a ray, an even lattice has fewer wide landings.
+    if (COUNTS_FLUX) return uvec2(0);
+    if (HAS_ATLAS) return uvec2(0);
+    if (push.error == 0.0) return uvec2(0);
+    if (pilot.near_landings == 0) return uvec2(LESS_NEAR_CHAINS, LESS_ELSEWHERE);
+    float elsewhere = cells - float(pilot.near_chains) - float(pilot.near_landings);
+    return uvec2(halvings_less(LESS_NEAR_CHAINS, float(pilot.near_chains), pilot.near_landings), halvings_less(LESS_ELSEWHERE, elsewhere, pilot.near_landings));
 }
 
 // Number of rays of a lattice.
@@ -73,12 +119,16 @@ float ray_count(ChainLattice lattice, LatticePilot pilot, LatticePlan plan) {
 // Number of footprints of a lattice, about: one for each part of the spectrum of each ray that lands.
 float footprint_count(LatticePilot pilot, LatticePlan plan) {
     if (plan.halvings == NO_RAYS) return 0.0;
-    return exp2(float(plan.halvings)) * (float(plan.bands * pilot.landings) + pilot.parts);
+    // The footprints of pieces of the light are narrower than the pilot's, by up to the share of a piece.
+    float parts = pilot.parts * exp2(float(plan.light_halvings));
+    return exp2(float(plan.halvings)) * (float(plan.bands * pilot.landings) + parts);
 }
 
 void add(inout Group group, Group other) {
     group.pilot.chains += other.pilot.chains;
     group.pilot.landings += other.pilot.landings;
+    group.pilot.near_landings += other.pilot.near_landings;
+    group.pilot.near_chains += other.pilot.near_chains;
     group.pilot.flux += other.pilot.flux;
     group.pilot.incoherent += other.pilot.incoherent;
     group.cells += other.cells;
@@ -94,7 +144,7 @@ float share_of(uint number, float all) {
     return share;
 }
 
-const Group NOTHING = Group(LatticePilot(0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0);
+const Group NOTHING = Group(LatticePilot(0, 0, 0, 0, vec2(0.0), 0.0, 0.0, 0.0, 0.0), 0.0, 0.0);
 
 // The group of lattices that begins with number `first`. All threads call it.
 Group group_at(uint first, float all) {
@@ -121,9 +171,12 @@ uint halvings_for(ChainLattice lattice, LatticePilot pilot, float cells, float s
     }
     if (push.error > 0.0) {
         uint most = 2 * lattice.refinements + MORE_HALVINGS;
-        uint halvings = 0;
         float allowed = push.error * max(MAX_ADDED, share);
-        while (halvings < most && share * own_error(lattice, pilot, halvings) > allowed) halvings++;
+        uint halvings = 0;
+        for (; halvings < most && share * planned_error(lattice, pilot, halvings) > allowed; halvings++) {
+            // Others would give up their rays for those that there can be no room for.
+            if (exp2(float(halvings + 1)) * float(pilot.landings) > float(MAX_RAYS)) break;
+        }
         return halvings;
     }
     // As many rays land as the lattice would have, if all of them landed.
@@ -135,9 +188,9 @@ uint halvings_for(ChainLattice lattice, LatticePilot pilot, float cells, float s
 // deviations of the footprint within a band: over a band, places are linear in the index of refraction.
 const float MAX_DISPERSED = 6.0;
 
-uint bands_for(LatticePilot pilot) {
+uint bands_for(LatticePilot pilot, uint light_halvings) {
     float bands = 1.0;
-    if (DISPERSES) bands = clamp(ceil(pilot.dispersed / MAX_DISPERSED), 1.0, float(MAX_BANDS));
+    if (DISPERSES) bands = clamp(ceil(pilot.dispersed * exp2(float(light_halvings)) / MAX_DISPERSED), 1.0, float(MAX_BANDS));
     return uint(bands);
 }
 
@@ -146,9 +199,31 @@ const uint MOST_GIVEN_UP = 31;
 
 // The plan of a lattice that gives up so many halvings.
 LatticePlan with_fewer(LatticePlan plan, uint fewer) {
-    if (plan.halvings != NO_RAYS) plan.halvings = uint(max(int(plan.halvings) - int(fewer), 0));
+    if (plan.halvings == NO_RAYS) return plan;
+    plan.halvings = uint(max(int(plan.halvings) - int(fewer), 0));
+    plan.light_halvings = min(plan.light_halvings, plan.halvings / 2);
     if (fewer == MOST_GIVEN_UP) plan.bands = 1;
     return plan;
+}
+
+// The halvings that all lattices give up, so that there is room for their rays and footprints. All threads call it.
+uint given_up() {
+    memoryBarrierBuffer();
+    barrier(); // the plans are written
+    for (uint fewer = 0; fewer < MOST_GIVEN_UP; fewer++) {
+        vec2 count = vec2(0.0);
+        for (uint i = gl_LocalInvocationIndex; i < push.lattice_count; i += SPLAT_GROUP) {
+            LatticePlan plan = with_fewer(lattice_plans[i], fewer);
+            count += vec2(ray_count(lattices[i], lattice_pilots[i], plan), footprint_count(lattice_pilots[i], plan));
+        }
+        barrier(); // the threads have read the counts before
+        counts[gl_LocalInvocationIndex] = count;
+        barrier();
+        count = vec2(0.0);
+        for (uint i = 0; i < SPLAT_GROUP; i++) count += counts[i];
+        if (count.x <= float(push.ray_capacity) && count.y <= MAX_FILLED * float(push.splat_capacity)) return fewer;
+    }
+    return MOST_GIVEN_UP;
 }
 
 // One workgroup.
@@ -157,6 +232,7 @@ void main() {
     vec2 sum = vec2(0.0);
     for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
         for (uint i = 0; i < push.lattice_count; i++) sum += lattice_fluxes[i * receivers() + receiver].xy;
+        chain_errors[receiver] = vec2(0.0);
     }
     landed[own] = sum;
     barrier();
@@ -171,39 +247,30 @@ void main() {
         Group group = group_at(first, all.x);
         float share = group.pilot.landings == 0 ? unseen : group.share;
         uint halvings = halvings_for(lattice, group.pilot, group.cells / float(lattice.group_size), share);
+        uvec2 less = less_by_kind(group.pilot, group.cells);
         for (uint i = first + own; i < next; i += SPLAT_GROUP) {
-            lattice_plans[i] = LatticePlan(halvings, bands_for(lattice_pilots[i]));
+            lattice_plans[i] = LatticePlan(halvings, bands_for(lattice_pilots[i], 0), 0, less.x, less.y);
         }
     }
-    memoryBarrierBuffer();
-    barrier();
-    // All lattices give up halvings until there is room for their rays and footprints.
-    uint fewer = 0;
-    for (; fewer < MOST_GIVEN_UP; fewer++) {
-        vec2 count = vec2(0.0);
-        for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
-            LatticePlan plan = with_fewer(lattice_plans[i], fewer);
-            count += vec2(ray_count(lattices[i], lattice_pilots[i], plan), footprint_count(lattice_pilots[i], plan));
-        }
-        barrier(); // the threads have read the counts before
-        counts[own] = count;
-        barrier();
-        count = vec2(0.0);
-        for (uint i = 0; i < SPLAT_GROUP; i++) count += counts[i];
-        if (count.x <= float(push.ray_capacity) && count.y <= MAX_FILLED * float(push.splat_capacity)) break;
-    }
-    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) {
-        lattice_plans[i] = with_fewer(lattice_plans[i], fewer);
-    }
-    for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) chain_errors[receiver] = vec2(0.0);
-    memoryBarrierBuffer();
-    barrier();
+    // The pieces of the light are those that suit the rays for which there is room, and their footprints need room, too.
+    uint fewer = given_up();
     for (uint first = 0; first < push.lattice_count; first = next) {
         next = first + lattices[first].group_size;
-        uint halvings = lattice_plans[first].halvings;
-        if (halvings == NO_RAYS) continue;
+        LatticePlan plan = with_fewer(lattice_plans[first], fewer);
+        if (plan.halvings == NO_RAYS) continue;
+        uint of_light = light_halvings_for(lattices[first], group_at(first, all.x).pilot, plan.halvings);
+        for (uint i = first + own; i < next; i += SPLAT_GROUP) {
+            lattice_plans[i].light_halvings = of_light;
+            lattice_plans[i].bands = bands_for(lattice_pilots[i], of_light);
+        }
+    }
+    fewer = given_up();
+    for (uint first = 0; first < push.lattice_count; first = next) {
+        next = first + lattices[first].group_size;
+        LatticePlan plan = with_fewer(lattice_plans[first], fewer);
+        if (plan.halvings == NO_RAYS) continue;
         LatticePilot pilot = group_at(first, all.x).pilot;
-        float error = own_error(lattices[first], pilot, halvings);
+        float error = own_error(lattices[first], pilot, plan.halvings, plan.light_halvings, EXPECTED_DIRECTION_ERROR);
         for (uint receiver = own; receiver < receivers(); receiver += SPLAT_GROUP) {
             float flux = 0.0;
             for (uint i = first; i < next; i++) flux += lattice_fluxes[i * receivers() + receiver].z;
@@ -211,6 +278,8 @@ void main() {
             chain_errors[receiver] += share * vec2(error, 1.0);
         }
     }
+    barrier(); // the plans have been read
+    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) lattice_plans[i] = with_fewer(lattice_plans[i], fewer);
     if (own != 0) return;
     chain_errors[receivers()] = vec2(fewer, 0.0);
 }

@@ -32,6 +32,7 @@ layout(std430, binding = 19) readonly buffer Cells { uint ray_cells[]; };       
 #include "light.glsl"
 #include "optics.glsl"
 #include "light_part.glsl"
+#include "light_piece.glsl"
 #include "media.glsl"
 #include "chain_hit.glsl"
 #include "planar_receiver.glsl"
@@ -67,8 +68,10 @@ ChainPath ray_of_lattices(uint ray) {
     uvec2 place = column_and_row(lattice, cell - lattice.first) << halved;
     place += uvec2(part & (1u << halved.x) - 1u, part >> halved.x);
     uint level = min(uint(min(findLSB(place.x | 1u << MAX_LATTICE_LEVEL), findLSB(place.y | 1u << MAX_LATTICE_LEVEL))), MAX_LATTICE_LEVEL);
-    ChainPath path = ray_at(lattice, shifted(lattice, vec2(place) + WITHIN_CELL, halved), halved);
-    path.counts = level << 16 | band << 24 | bands << 28;
+    uint light_halved = light_halvings_of_cell(ray_cells[cell]);
+    uint piece = piece_number(place, light_halved);
+    ChainPath path = ray_at(lattice, shifted(lattice, vec2(place) + WITHIN_CELL, halved), halved, light_piece(piece, light_halved));
+    path.counts = level << 16 | light_halved << 18 | piece << 20 | band << 24 | bands << 28;
     return path;
 }
 

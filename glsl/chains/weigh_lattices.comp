@@ -35,7 +35,7 @@ void main() {
     uint own = gl_LocalInvocationIndex;
     ChainLattice lattice = lattices[gl_WorkGroupID.x];
     uint cells = lattice.columns * lattice.rows;
-    LatticePilot pilot = LatticePilot(0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0);
+    LatticePilot pilot = LatticePilot(0, 0, 0, 0, vec2(0.0), 0.0, 0.0, 0.0, 0.0);
     for (uint cell = own; cell < cells; cell += SPLAT_GROUP) {
         uint kind = kind_of(lattice, cell);
         ray_cells[lattice.first + cell] = kind;

@@ -21,7 +21,7 @@ Transfer transfer_to(ChainPath path, ChainHit hit, Interaction at) {
     float determinant = e11 * e22 - e12 * e12;
     if (is_first(path)) {
         // The light varies in direction at a fixed place of the first surface. light_axes() points toward the light.
-        Light light = part_at(light_at(light_of(path)), path.position);
+        Light light = piece_at(light_at(light_of(path)), path.position, piece_of_path(path), light_halvings_of_path(path));
         LightDisc disc = disc_at(light, path.position + hit.distance * d);
         light_axes(light, disc, transfer.changes.direction[2], transfer.changes.direction[3]);
         transfer.changes.direction[2] = -transfer.changes.direction[2];

@@ -30,7 +30,16 @@ bool is_of_chains(ChainPath path) {
 }
 
 uint lattice_level_of(ChainPath path) {
-    return path.counts >> 16 & 0xffu;
+    return path.counts >> 16 & 0x3u;
+}
+
+// How often the sides of the light are halved for the piece of it that the path carries, and the number of the piece.
+uint light_halvings_of_path(ChainPath path) {
+    return path.counts >> 18 & 0x3u;
+}
+
+uint piece_of_path(ChainPath path) {
+    return path.counts >> 20 & 0xfu;
 }
 
 // Whether a path is a ray of a lattice, which has met no surface.

@@ -35,6 +35,8 @@ const uint SOLID = 3;
 const uint DISPERSING = 4;
 // Steps of the table of the colours of wavelengths.
 const uint SPECTRAL_STEPS = 256;
+// Maximum number of rays of chains that leave the lights.
+const uint MAX_RAYS = 524288;
 // Maximum number of bands of the spectrum that rays of chains carry one each.
 const uint MAX_BANDS = 8;
 // `Object.receiver` of an object that is none.

@@ -364,8 +364,8 @@ struct ChainLattice {
     uint light;
     uint rows;
     uint refinements; // number of times that the spacing is halved for the error to aim for where all rays land and neighbours agree
-    uint first_of_group; // lattices from the same light, or from all cells of the environment, to the same caster
-    uint group_size;
+    uint group_size; // lattices from the same light, or from all cells of the environment, to the same caster
+    float middle;    // distance from the starts of its rays to the middle of the caster, m
     vec2 shift;      // of its rays, in cells
     vec2 unused;
 };
@@ -384,16 +384,20 @@ struct LatticePilot {
     uint near_landings; // a chain that lands
     uint near_chains;   // a chain, and none that lands
     uint landings;      // chains that land
+    vec2 incoherent;    // their flux, W, each times how far its neighbours, and other directions of the light, disagree
     float flux;         // of these, W
-    float incoherent;   // the same, each times how far its neighbours disagree
     float dispersed;    // of the rays: the largest
     float parts;        // of the spectrum, of chains that land: their sum
+    float unused;
 };
 
 // How fine a lattice is to be.
 struct LatticePlan {
     uint halvings;      // of cells near landings; NO_RAYS
     uint bands;         // of the spectrum
+    uint light_halvings; // of the sides of the light, for the pieces of it that rays carry
+    uint less_near_chains; // halvings that cells near chains that land nowhere have less
+    uint less_elsewhere;   // those of cells near no chain
 };
 
 // The state of a chain: the ray that leaves a surface, and how it changes over a cell of the lattice and over the light.
@@ -404,7 +408,7 @@ struct ChainPath {
     vec3 direction;  // unit
     float first_flux; // largest channel of the cell's flux, W
     vec3 flux;       // W
-    uint counts;     // interfaces | weak lobes << 8 | IS_DISPERSED | level of the lattice << 16 | band << 24 | number of bands << 28
+    uint counts;     // interfaces | weak lobes << 8 | IS_DISPERSED | level of the lattice << 16 | halvings of the light << 18 | piece of the light << 20 | band << 24 | number of bands << 28
     vec4 cell_place;
     vec4 cell_direction;
     vec4 light_place;

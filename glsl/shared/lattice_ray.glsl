@@ -16,7 +16,7 @@ vec2 shifted(ChainLattice lattice, vec2 place, uvec2 halved) {
 
 // The ray at `place` of a lattice, in cells whose columns and rows are halved `halved` times, as it leaves its light. Without its band
 // and its level.
-ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved) {
+ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved, LightPiece piece) {
     Light light = light_at(lattice.light);
     vec3 edge_u = exp2(-float(halved.x)) * lattice.edge_u;
     vec3 edge_v = exp2(-float(halved.y)) * lattice.edge_v;
@@ -32,6 +32,11 @@ ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved) {
     if (light.is_lamp == 0) {
         path.position = at;
         path.direction = lattice.direction;
+        if (piece.centre != vec2(0.0)) {
+            vec3 aside = piece.centre.x * light.axis1 + piece.centre.y * light.axis2;
+            path.position += lattice.middle * aside;
+            path.direction = normalize(path.direction - aside);
+        }
         path.flux = light.power * area;
         changes.place[0] = edge_u;
         changes.place[1] = edge_v;
@@ -40,13 +45,26 @@ ChainPath ray_at(ChainLattice lattice, vec2 place, uvec2 halved) {
         vec3 way = at - light.place;
         float distance_ = length(way);
         path.direction = way / distance_;
-        path.position = start_along(light, path.direction, normalize(edge_u), normalize(cross(edge_u, edge_v)));
+        vec3 u = normalize(edge_u), ahead = normalize(cross(edge_u, edge_v));
+        vec3 straight = path.direction;
+        path.position = start_along(light, straight, u, ahead);
         // The solid angle of the cell.
         float cosine = abs(dot(path.direction, cross(edge_u, edge_v))) / area;
         path.flux = light.power * (area * cosine / (distance_ * distance_));
         changes.place[0] = changes.place[1] = vec3(0.0);
         changes.direction[0] = normalize_change(way, edge_u);
         changes.direction[1] = normalize_change(way, edge_v);
+        if (piece.centre != vec2(0.0)) {
+            vec3 target = path.position + lattice.middle * straight;
+            if (light.axis1.z == 0.0) light.axis1 = vec3(0.0, 0.0, 1.0);
+            light.axis1.xy += 0.5 * light.axis1.z * piece.centre;
+            path.position = start_along(light, straight, u, ahead);
+            path.direction = normalize(target - path.position);
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        changes.place[i] *= piece.cells;
+        changes.direction[i] *= piece.cells;
     }
     path.first_flux = largest(path.flux);
     set_changes(path, changes);

@@ -16,18 +16,13 @@ const uint NO_CHAINS = 0;
 const uint NEAR_CHAINS = 1;   // light that meets two surfaces or more, but lands nowhere
 const uint NEAR_LANDINGS = 2; // such light that lands
 
-// Halvings that a cell has less than one near landings. Few of the others hold light that lands, but some do: their rays are spread
-// more widely, not left out, so that no light is lost.
-const int FEWER[3] = int[](4, 2, 0);
-
 uint cell_halvings(LatticePlan plan, uint kind) {
-    // The balance of flux counts light that does not land, too. With a number of samples, and on meshes, where a landing costs more than
-    // a ray, an even lattice has fewer wide landings.
-    if (COUNTS_FLUX) return plan.halvings;
-    if (HAS_ATLAS) return plan.halvings;
-    if (push.error == 0.0) return plan.halvings;
-    return uint(max(int(plan.halvings) - FEWER[kind], 0));
+    uint less[3] = uint[](plan.less_elsewhere, plan.less_near_chains, 0);
+    return plan.halvings - min(less[kind], plan.halvings);
 }
+
+// How often the sides of a light are halved, at most: rays have at most 16 pieces of it.
+const uint MAX_LIGHT_HALVINGS = 2;
 
 // Halvings of a lattice without chains.
 const uint NO_RAYS = 0xffffffffu;
@@ -38,8 +33,8 @@ uvec2 sides_halved(uint halvings) {
 }
 
 // A cell's halvings, and the bands of its lattice, in a word.
-uint pack_cell(uint halvings, uint bands) {
-    return halvings | bands << 8;
+uint pack_cell(uint halvings, uint bands, uint halved) {
+    return halvings | bands << 8 | halved << 16;
 }
 
 uint halvings_of_cell(uint word) {
@@ -47,19 +42,26 @@ uint halvings_of_cell(uint word) {
 }
 
 uint bands_of_cell(uint word) {
-    return word >> 8;
+    return word >> 8 & 0xffu;
+}
+
+// How often the sides of the light are halved.
+uint light_halvings_of_cell(uint word) {
+    return word >> 16;
 }
 
 // In `PilotRay.interfaces`: the ray is one of chains.
-const uint IS_CHAIN = 1u << 15;
+const uint IS_CHAIN = 1u << 8;
 
-// The number of surfaces that a pilot ray met, with IS_CHAIN, and how far its neighbours disagree about where it lands, from 0 to 1.
-uint pack_pilot(uint interfaces, float incoherent) {
-    return interfaces | uint(clamp(incoherent, 0.0, 1.0) * 65535.0) << 16;
+// The number of surfaces that a pilot ray met, with IS_CHAIN, and how far its neighbours, and the rays of other directions of the light,
+// disagree about where it lands, from 0 to 1.
+uint pack_pilot(uint interfaces, vec2 incoherent) {
+    uvec2 steps = uvec2(clamp(incoherent, 0.0, 1.0) * vec2(2047.0, 4095.0) + 0.5);
+    return interfaces | steps.x << 9 | steps.y << 20;
 }
 
-float incoherence_of_pilot(PilotRay ray) {
-    return float(ray.interfaces >> 16) / 65535.0;
+vec2 incoherence_of_pilot(PilotRay ray) {
+    return vec2(ray.interfaces >> 9 & 2047u, ray.interfaces >> 20) / vec2(2047.0, 4095.0);
 }
 
 bool is_chain(PilotRay ray) {

@@ -102,14 +102,14 @@ mirrors! {
     }
     ChainLattice {
         origin: Vec3, first: u32, edge_u: Vec3, columns: u32, edge_v: Vec3, object: u32, direction: Vec3, light: u32,
-        rows: u32, refinements: u32, first_of_group: u32, group_size: u32, shift: Vec2, unused: Vec2,
+        rows: u32, refinements: u32, group_size: u32, middle: f32, shift: Vec2, unused: Vec2,
     }
     PilotRay { flux: f32, receiver: u32, interfaces: u32, dispersed: f32, }
     LatticePilot {
         chains: u32, near_landings: u32, near_chains: u32, landings: u32,
-        flux: f32, incoherent: f32, dispersed: f32, parts: f32,
+        incoherent: Vec2, flux: f32, dispersed: f32, parts: f32, unused: f32,
     }
-    LatticePlan { halvings: u32, bands: u32, }
+    LatticePlan { halvings: u32, bands: u32, light_halvings: u32, less_near_chains: u32, less_elsewhere: u32, }
     ChainPath {
         position: Vec3, triangle: u32, direction: Vec3, first_flux: f32, flux: Vec3, counts: u32,
         cell_place: Vec4, cell_direction: Vec4, light_place: Vec4, light_direction: Vec4,

@@ -2,8 +2,8 @@
 
 use crate::common::glass::{self, block};
 use crate::common::{
-    Device, assert_error_beyond_noise, footprint, l1, l1_noise, load_with_chains, only_receiver,
-    options, solve, with_sun_of, with_texels,
+    Device, assert_error, assert_error_beyond_noise, footprint, l1, l1_noise, load_with_chains,
+    only_receiver, options, solve, with_sun_of, with_texels,
 };
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
@@ -91,6 +91,42 @@ fn sheet_without_thickness() {
         let error = (middle(&map).x / exact - 1.0).abs();
         assert!(error < tolerance, "{what}: {error}");
     }
+}
+
+/// A small mirror in the light of a large flat one throws what it throws in the mirror image of the sun. If all directions of the sun that
+/// leave a place of the large mirror went the way of their middle, they would blur it as if the sun were twice as wide.
+#[test]
+fn a_small_mirror_in_the_image_of_a_wide_sun() {
+    let rect = |origin: [f64; 3], edge_u: DVec3, edge_v: DVec3| Rect {
+        origin: origin.into(),
+        edge_u,
+        edge_v,
+    };
+    let large = rect([-0.35, 0.0, 0.35], 0.7 * DVec3::X, 0.7 * DVec3::NEG_Z);
+    let small = rect([1.85, 2.0, -0.15], 0.3 * DVec3::X, 0.3 * DVec3::Z);
+    let map = |height: f64, mirrors: &[Rect], degrees: f64| {
+        let mirrors = mirrors.iter().map(|&mirror| {
+            let kind = MaterialKind::Mirror {
+                reflectance: DVec3::ONE,
+            };
+            (kind, Geometry::Rect(mirror))
+        });
+        let floor = rect([3.5, 0.0, 0.5], DVec3::X, DVec3::NEG_Z);
+        let scene = glass::scene(DVec3::new(-1.0, height, 0.0), floor, mirrors.collect());
+        let settings = Settings {
+            error: Some(0.02),
+            ..Settings::default()
+        };
+        Device::open().caustic(&with_sun_of(scene, degrees), "floor", &settings)
+    };
+    let by_both = map(1.0, &[large, small], 1.2);
+    let [by_one, blurred] = [1.2, 2.4].map(|degrees| map(-1.0, &[small], degrees));
+    assert_error(
+        "a mirror in the image of the sun",
+        0.05,
+        l1(&by_both, &by_one),
+        l1(&blurred, &by_one),
+    );
 }
 
 /// Water overlaps the lower half of a plate of glass. Where the glass has the higher priority, the plate keeps its thickness;

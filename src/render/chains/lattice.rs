@@ -8,7 +8,7 @@ use crate::render::environment::cell::EnvironmentCell;
 use crate::render::environment::cells::subdivide;
 use crate::render::geometry::occlusion::{MAX_PAIRS_IN_A_FRAME, is_affine_image, is_convex};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::constants::MAX_BANDS;
+use crate::render::gpu_types::constants::{MAX_BANDS, MAX_RAYS};
 use crate::render::gpu_types::{ChainLattice, Light};
 use crate::render::light_parts::{part_count, split};
 use crate::render::lights::EnvironmentLight;
@@ -27,8 +27,6 @@ const RAYS: [f64; 2] = [1024.0, 262_144.0];
 /// Number of rays of all lattices over the maximum number of one lattice, at most: the shares of light add up to 1, and a lattice
 /// of a small share needs few.
 const RAYS_OF_ALL: f64 = 2.25;
-/// Number of rays of all lattices, at most.
-pub const MAX_RAYS: u32 = 1 << 19;
 /// Number of rays before refinement: of all lattices, about, of which every group has the same share; and at least of one. A part of the
 /// light that is not met by these rays is not looked for among the others as closely.
 const PILOT_RAYS: f64 = 4096.0;
@@ -253,7 +251,6 @@ impl DeviceLattices {
         let mut first = 0;
         let mut lattices = Vec::new();
         for Group { object, windows } in groups {
-            let first_of_group = lattices.len() as u32;
             let group_size = windows.len() as u32;
             let first_light = windows.first().map_or(0, |(light, _)| *light);
             let pilot = pilot_rays(group_count, windows.len());
@@ -274,8 +271,8 @@ impl DeviceLattices {
                     light,
                     rows,
                     refinements,
-                    first_of_group,
                     group_size,
+                    middle: window.middle as f32,
                     shift: shift_of(light - first_light).as_vec2(),
                     unused: Vec2::ZERO,
                 });
@@ -383,6 +380,8 @@ struct Window {
     edge_v: DVec3,
     /// For a sun: direction of the rays.
     direction: DVec3,
+    /// Distance from the rays' starts to the middle of the caster, m.
+    middle: f64,
 }
 
 impl Window {
@@ -408,12 +407,21 @@ fn of_sun(light: &Light, bounds: [DVec3; 2], size: f64) -> Window {
         let (middle, reach) = (0.5 * axis.dot(low + high), 0.5 * axis.abs().dot(high - low));
         [middle - reach, middle + reach]
     };
-    let ([u0, u1], [v0, v1], [_, ahead]) = (range(u), range(v), range(toward));
+    let ([u0, u1], [v0, v1], [behind, ahead]) = (range(u), range(v), range(toward));
+    // The rays of the pieces of a disc meet at the depth of the caster's middle. Cells of an environment have no pieces.
+    let depth = 0.5 * (ahead - behind);
+    let beside = match light.half_azimuth > 0.0 {
+        true => 0.0,
+        false => 2.0 * depth * f64::from(light.axis1.length().max(light.axis2.length())),
+    };
+    let [u0, v0] = [u0, v0].map(|low| low - beside);
+    let [u1, v1] = [u1, v1].map(|high| high + beside);
     Window {
         origin: u0 * u + v0 * v + (ahead + size) * toward,
         edge_u: (u1 - u0) * u,
         edge_v: (v1 - v0) * v,
         direction: -toward,
+        middle: size + depth,
     }
 }
 
@@ -424,24 +432,26 @@ fn of_lamp(light: &Light, [low, high]: [DVec3; 2]) -> Vec<Window> {
     /// Largest sine of the half angle at which the caster is seen through one square.
     const MAX_SINE: f64 = 0.8;
     let place = light.place.as_dvec3();
+    let way = 0.5 * (low + high) - place;
+    let distance = way.length();
+    let radius = 0.5 * low.distance(high);
     let square = |[ahead, u, v]: [DVec3; 3], half: f64| Window {
         origin: place + ahead - half * (u + v),
         edge_u: 2.0 * half * u,
         edge_v: 2.0 * half * v,
         direction: DVec3::ZERO,
+        middle: distance.max(radius),
     };
     let axes = |ahead: DVec3| {
         let (u, v) = ahead.any_orthonormal_pair();
         [ahead, u, v]
     };
-    let way = 0.5 * (low + high) - place;
-    let distance = way.length();
     let [ahead, u, v] = axes(way.normalize_or(DVec3::Z));
     // Toward the part on the disc that faces the caster's middle, and the sine of the angle between the disc's middle and the part.
-    let [x, y, _] = light.axis1.as_dvec3().to_array();
+    let [x, y, z] = light.axis1.as_dvec3().to_array();
     let aside = x * u + y * v;
     let reach = f64::from(light.size) * aside.length();
-    let sine = 0.5 * low.distance(high) / (distance - reach);
+    let sine = radius / (distance - reach);
     if sine > 0.0 && sine < MAX_SINE {
         let turn = match reach > 0.0 {
             true => {
@@ -452,6 +462,9 @@ fn of_lamp(light: &Light, [low, high]: [DVec3; 2]) -> Vec<Window> {
         // Rays beside the middle one start before or behind it, on the sphere around the lamp.
         let sine = sine * (1.0 + 0.5 * reach / (distance - reach) * sine);
         let half = sine / (1.0 - sine * sine).max(1e-3).sqrt();
+        // The rays of the pieces of the disc meet at the distance of the caster's middle.
+        let disc = f64::from(light.size) * if z > 0.0 { z } else { 1.0 };
+        let half = half + disc / distance * sine;
         return vec![square([ahead, u, v].map(|axis| turn * axis), half)];
     }
     [DVec3::X, DVec3::Y, DVec3::Z]
