@@ -16,6 +16,7 @@ use glslc::Compiler;
 use spirv::{Interface, Layouts, WITHOUT_TEXEL_BUFFERS};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::process::exit;
 
@@ -91,14 +92,13 @@ fn compile_all() -> Result<(), String> {
     let mut table = String::from("use super::{Binding, BindingKind, Shader, StructLayout};\n");
     let mut layouts = BTreeMap::new();
     let mut messages = String::new();
-    for source in &sources {
-        let compiled = (compile(&compiler, source, None)).and_then(|words| {
-            let in_storage = || compile(&compiler, source, Some(WITHOUT_TEXEL_BUFFERS));
-            describe(source, &words, in_storage, &mut table, &mut layouts)
-        });
-        if let Err(message) = compiled {
-            messages += message.trim_end();
-            messages.push('\n');
+    for compiled in compile_in_parallel(&compiler, &sources) {
+        match compiled {
+            Ok(shader) => describe(shader, &mut table, &mut layouts),
+            Err(message) => {
+                messages += message.trim_end();
+                messages.push('\n');
+            }
         }
     }
     if !messages.is_empty() {
@@ -213,13 +213,36 @@ fn compile_files(compiler: &Compiler, folder: &Path, names: &[&str]) -> Result<(
 /// What the compiler says.
 fn compile(compiler: &Compiler, source: &Path, macro_: Option<&str>) -> Result<Vec<u32>, String> {
     let mut name = source.file_name().expect("a file").to_owned();
+    name.push(macro_.unwrap_or_default());
     name.push(".spv");
-    compiler.compile(
-        source,
-        Path::new("glsl/shared"),
-        macro_,
-        &out_dir().join(name),
-    )
+    let output = out_dir().join(name);
+    let words = compiler.compile(source, Path::new("glsl/shared"), macro_, &output)?;
+    Ok(without_source_text(&words))
+}
+
+/// The words of a shader without its GLSL, which is two thirds of them. Names, and the files and lines that validation messages state, stay.
+fn without_source_text(words: &[u32]) -> Vec<u32> {
+    const HEADER: usize = 5;
+    const OP_SOURCE_CONTINUED: u32 = 2;
+    const OP_SOURCE: u32 = 3;
+    // Language, version and file come before the text.
+    const OP_SOURCE_WORDS: usize = 4;
+    let (header, mut rest) = words.split_at(HEADER.min(words.len()));
+    let mut kept = header.to_vec();
+    while let Some(first) = rest.first() {
+        let (opcode, count) = (first & 0xffff, (first >> 16) as usize);
+        let (instruction, next) = rest.split_at(count.clamp(1, rest.len()));
+        match opcode {
+            OP_SOURCE_CONTINUED => {}
+            OP_SOURCE if count > OP_SOURCE_WORDS => {
+                kept.push((OP_SOURCE_WORDS as u32) << 16 | OP_SOURCE);
+                kept.extend(&instruction[1..OP_SOURCE_WORDS]);
+            }
+            _ => kept.extend(instruction),
+        }
+        rest = next;
+    }
+    kept
 }
 
 fn out_dir() -> PathBuf {
@@ -314,20 +337,64 @@ fn constant(source: &Path) -> String {
     file.replace('.', "_").to_uppercase()
 }
 
-/// Appends the table entry of one shader, of its words with and without texel buffers.
-///
-/// # Errors
-/// As [`Interface::of`].
-fn describe(
-    source: &Path,
-    words: &[u32],
-    in_storage: impl FnOnce() -> Result<Vec<u32>, String>,
-    table: &mut String,
-    layouts: &mut Layouts,
-) -> Result<(), String> {
+/// A shader of the table.
+struct Compiled<'a> {
+    source: &'a Path,
+    words: Vec<u32>,
+    /// Those without texel buffers, where `words` read some.
+    in_storage: Vec<u32>,
+    interface: Interface,
+}
+
+impl<'a> Compiled<'a> {
+    /// # Errors
+    /// What the compiler says, or as [`Interface::of`].
+    fn new(compiler: &Compiler, source: &'a Path) -> Result<Self, String> {
+        let words = compile(compiler, source, None)?;
+        let interface =
+            Interface::of(&words).map_err(|error| format!("{}: {error}", source.display()))?;
+        let mut kinds = interface.bindings.iter().map(|(_, _, kind)| *kind);
+        let in_storage = match kinds.any(|kind| kind == "TexelBuffer") {
+            true => compile(compiler, source, Some(WITHOUT_TEXEL_BUFFERS))?,
+            false => Vec::new(),
+        };
+        Ok(Self {
+            source,
+            words,
+            in_storage,
+            interface,
+        })
+    }
+}
+
+/// The shaders of these sources, in their order, or what is wrong with each.
+fn compile_in_parallel<'a>(
+    compiler: &Compiler,
+    sources: &'a [PathBuf],
+) -> Vec<Result<Compiled<'a>, String>> {
+    let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
+    std::thread::scope(|scope| {
+        let compile = |part: &'a [PathBuf]| {
+            let compiled = part.iter().map(|source| Compiled::new(compiler, source));
+            compiled.collect::<Vec<_>>()
+        };
+        let parts = sources.chunks(sources.len().div_ceil(threads));
+        let started: Vec<_> = (parts.map(|part| scope.spawn(move || compile(part)))).collect();
+        let parts = started.into_iter();
+        let compiled = parts.flat_map(|part| part.join().expect("no panic"));
+        compiled.collect()
+    })
+}
+
+/// Appends the table entry of one shader.
+fn describe(shader: Compiled, table: &mut String, layouts: &mut Layouts) {
+    let Compiled {
+        source,
+        words,
+        in_storage,
+        interface,
+    } = shader;
     let file = source.file_name().expect("a file").to_string_lossy();
-    let interface =
-        Interface::of(words).map_err(|error| format!("{}: {error}", source.display()))?;
     let Interface {
         bindings,
         push_bytes,
@@ -337,10 +404,6 @@ fn describe(
         ..
     } = interface;
     layouts.extend(structs);
-    let in_storage = match bindings.iter().any(|(_, _, kind)| *kind == "TexelBuffer") {
-        true => in_storage()?,
-        false => Vec::new(),
-    };
     let constant = constant(source);
     writeln!(table, "/// `{}`", source.display()).unwrap();
     writeln!(
@@ -360,5 +423,4 @@ fn describe(
         "], push_bytes: {push_bytes}, local_size: {local_size:?}, constants: &{constants:?} }};"
     )
     .unwrap();
-    Ok(())
 }
