@@ -36,6 +36,8 @@ const uint MORE_HALVINGS = 12;
 // Halvings that cells near chains that land nowhere, and those near no chain, have less, at least.
 const uint LESS_NEAR_CHAINS = 2;
 const uint LESS_ELSEWHERE = 4;
+// With fewer pilot rays that land, cells elsewhere keep more rays: much of the light may have been missed.
+const float MANY_LANDINGS = 32.0;
 // Where no pilot ray of a chain lands, up to about this number may have missed, whose neighbours disagree.
 const float UNSEEN = 1.0;
 const float UNSEEN_INCOHERENCE = 0.8;
@@ -89,9 +91,11 @@ float planned_error(ChainLattice lattice, LatticePilot pilot, uint halvings) {
     return own_error(lattice, pilot, halvings, light_halvings_for(lattice, pilot, halvings), EXPECTED_DIRECTION_ERROR);
 }
 
-// Halvings that cells of another kind have less: at least so many, and as many as let their rays be no more than those near landings.
-uint halvings_less(uint least, float cells, uint near_landings) {
-    return max(least, uint(max(ceil(log2(cells / float(near_landings))), 0.0)));
+// Halvings that cells of another kind have less: at least so many, and as many as let their rays be no more than those near landings, or a
+// multiple of these where few pilot rays land.
+uint halvings_less(uint least, float cells, LatticePilot pilot) {
+    float most = float(pilot.near_landings) * max(MANY_LANDINGS / float(pilot.landings), 1.0);
+    return max(least, uint(max(ceil(log2(cells / most)), 0.0)));
 }
 
 // Those of cells near chains that land nowhere, and of cells near no chain, in a lattice or a group of lattices with so many cells. Few of them
@@ -104,7 +108,7 @@ uvec2 less_by_kind(LatticePilot pilot, float cells) {
     if (push.error == 0.0) return uvec2(0);
     if (pilot.near_landings == 0) return uvec2(LESS_NEAR_CHAINS, LESS_ELSEWHERE);
     float elsewhere = cells - float(pilot.near_chains) - float(pilot.near_landings);
-    return uvec2(halvings_less(LESS_NEAR_CHAINS, float(pilot.near_chains), pilot.near_landings), halvings_less(LESS_ELSEWHERE, elsewhere, pilot.near_landings));
+    return uvec2(halvings_less(LESS_NEAR_CHAINS, float(pilot.near_chains), pilot), halvings_less(LESS_ELSEWHERE, elsewhere, pilot));
 }
 
 // Number of rays of a lattice.
@@ -197,23 +201,23 @@ uint bands_for(LatticePilot pilot, uint light_halvings) {
 // More than there are halvings. Lattices that give up so many give up the bands of the spectrum, too: there is room for one ray per cell.
 const uint MOST_GIVEN_UP = 31;
 
-// The plan of a lattice that gives up so many halvings.
-LatticePlan with_fewer(LatticePlan plan, uint fewer) {
+// The plan of a lattice where those with the most halvings, `most`, give up so many of them. Others have few rays, which would make no room.
+LatticePlan with_fewer(LatticePlan plan, uint most, uint fewer) {
     if (plan.halvings == NO_RAYS) return plan;
-    plan.halvings = uint(max(int(plan.halvings) - int(fewer), 0));
+    plan.halvings = min(plan.halvings, most - min(fewer, most));
     plan.light_halvings = min(plan.light_halvings, plan.halvings / 2);
     if (fewer == MOST_GIVEN_UP) plan.bands = 1;
     return plan;
 }
 
-// The halvings that all lattices give up, so that there is room for their rays and footprints. All threads call it.
-uint given_up() {
+// The halvings that are given up, so that there is room for all rays and footprints. All threads call it.
+uint given_up(uint most) {
     memoryBarrierBuffer();
     barrier(); // the plans are written
     for (uint fewer = 0; fewer < MOST_GIVEN_UP; fewer++) {
         vec2 count = vec2(0.0);
         for (uint i = gl_LocalInvocationIndex; i < push.lattice_count; i += SPLAT_GROUP) {
-            LatticePlan plan = with_fewer(lattice_plans[i], fewer);
+            LatticePlan plan = with_fewer(lattice_plans[i], most, fewer);
             count += vec2(ray_count(lattices[i], lattice_pilots[i], plan), footprint_count(lattice_pilots[i], plan));
         }
         barrier(); // the threads have read the counts before
@@ -240,6 +244,7 @@ void main() {
     for (uint i = 0; i < SPLAT_GROUP; i++) all += landed[i];
     // The share of all light that a group may bring without a pilot ray that says so.
     float unseen = UNSEEN / max(all.y, 1.0);
+    uint most = 0; // halvings
     uint next = 0;
     for (uint first = 0; first < push.lattice_count; first = next) {
         ChainLattice lattice = lattices[first];
@@ -247,16 +252,17 @@ void main() {
         Group group = group_at(first, all.x);
         float share = group.pilot.landings == 0 ? unseen : group.share;
         uint halvings = halvings_for(lattice, group.pilot, group.cells / float(lattice.group_size), share);
+        if (halvings != NO_RAYS) most = max(most, halvings);
         uvec2 less = less_by_kind(group.pilot, group.cells);
         for (uint i = first + own; i < next; i += SPLAT_GROUP) {
             lattice_plans[i] = LatticePlan(halvings, bands_for(lattice_pilots[i], 0), 0, less.x, less.y);
         }
     }
     // The pieces of the light are those that suit the rays for which there is room, and their footprints need room, too.
-    uint fewer = given_up();
+    uint fewer = given_up(most);
     for (uint first = 0; first < push.lattice_count; first = next) {
         next = first + lattices[first].group_size;
-        LatticePlan plan = with_fewer(lattice_plans[first], fewer);
+        LatticePlan plan = with_fewer(lattice_plans[first], most, fewer);
         if (plan.halvings == NO_RAYS) continue;
         uint of_light = light_halvings_for(lattices[first], group_at(first, all.x).pilot, plan.halvings);
         for (uint i = first + own; i < next; i += SPLAT_GROUP) {
@@ -264,10 +270,10 @@ void main() {
             lattice_plans[i].bands = bands_for(lattice_pilots[i], of_light);
         }
     }
-    fewer = given_up();
+    fewer = given_up(most);
     for (uint first = 0; first < push.lattice_count; first = next) {
         next = first + lattices[first].group_size;
-        LatticePlan plan = with_fewer(lattice_plans[first], fewer);
+        LatticePlan plan = with_fewer(lattice_plans[first], most, fewer);
         if (plan.halvings == NO_RAYS) continue;
         LatticePilot pilot = group_at(first, all.x).pilot;
         float error = own_error(lattices[first], pilot, plan.halvings, plan.light_halvings, EXPECTED_DIRECTION_ERROR);
@@ -279,7 +285,7 @@ void main() {
         }
     }
     barrier(); // the plans have been read
-    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) lattice_plans[i] = with_fewer(lattice_plans[i], fewer);
+    for (uint i = own; i < push.lattice_count; i += SPLAT_GROUP) lattice_plans[i] = with_fewer(lattice_plans[i], most, fewer);
     if (own != 0) return;
     chain_errors[receivers()] = vec2(fewer, 0.0);
 }

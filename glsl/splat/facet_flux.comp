@@ -45,13 +45,12 @@ bool add_image(Surface surface, Cell cell, CellRays rays, Light light, PlanarRec
     vec2 tile_low = vec2(receiver.tile_x, receiver.tile_y);
     vec2 tile_high = tile_low + vec2(receiver.width, receiver.height);
     if (!image.is_lit || any(lessThan(high, tile_low - margin)) || any(greaterThan(low, tile_high + margin))) return false;
-    // Where some rays miss the plane, the bounds of the others say little.
-    vec2 inside = image.is_whole ? max(min(high, tile_high) - max(low, tile_low), 0.0) / max(high - low, 1e-6) : vec2(1.0);
+    vec2 inside = max(min(high, tile_high) - max(low, tile_low), 0.0) / max(high - low, 1e-6);
     float height = height_of(image);
     float flux = dot(image.flux, vec3(1.0 / 3.0)) * inside.x * inside.y;
     // The brighter lobe stands for both.
     if (flux >= sum.flux) {
-        vec2 first = vec2(image.is_whole ? deviation : 0.0, longest_side(image));
+        vec2 first = vec2(deviation, longest_side(image));
         sum.deviation_longest = packHalf2x16(min(first, LARGEST));
         sum.height_blur = packHalf2x16(min(vec2(height, blur), LARGEST));
         sum.outline = packHalf2x16(outline_of(facet, light, height));

@@ -1,8 +1,8 @@
 //! The error that is aimed for, estimated and found, on meshes that are irregular.
 
 use crate::common::{
-    Device, assert_error, load, load_with_chains, moved, nephroid, only_receiver, options, scaled,
-    scene_path,
+    Device, assert_error, load, load_with_chains, method, moved, nephroid, only_receiver, options,
+    scaled, scene_path,
 };
 use approx::relative_eq;
 use assert_cmd::assert::Assert;
@@ -11,7 +11,7 @@ use nephroid::image_file::RgbImage;
 use nephroid::measure::l1_without_noise;
 use nephroid::measure::stress::random::random_scene;
 use nephroid::reference::Reference;
-use nephroid::render::{EXPECTED_ERROR, MAX_PATCHES, Settings};
+use nephroid::render::{EXPECTED_ERROR, MAX_PATCHES, Method, Settings};
 use nephroid::scene::Scene;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -163,6 +163,21 @@ fn the_error_of_chains_is_kept_and_estimated() {
         let what = format!("{name} with chains, target {target}");
         assert_error(&what, bound, error, without);
     }
+}
+
+/// Facets of a body that rolls its light out to the horizon: the bend of their images counts, so that they are divided.
+#[test]
+fn light_past_the_horizon_is_divided() {
+    let device = Device::open();
+    let scene = only_floor(random_scene(16), "receiver", TEXELS);
+    let found = Found::new(&device, &scene, &scene, 0.05, 0.015);
+    println!("estimated {}, found {}", found.estimated, found.error());
+    let mut renderer = device.renderer(&scene, &method(Method::Footprint, 1));
+    renderer.caustic().unwrap();
+    let floor = scene.object_index("floor").unwrap();
+    let undivided = renderer.read_caustic(floor).unwrap();
+    let undivided = l1_without_noise(&undivided, &found.truth).unwrap();
+    assert_error("random 16, target 5 %", 0.05, found.error(), undivided);
 }
 
 /// Smaller targets take more patches, beyond what the first buffers hold, and leave smaller errors.
