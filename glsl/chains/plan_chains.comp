@@ -15,7 +15,8 @@ layout(std430, binding = 4) buffer Errors { vec2 chain_errors[]; };
 // Whether a medium disperses light.
 layout(constant_id = ID_DISPERSES) const bool DISPERSES = false;
 
-// Chains add at most this share of the error to aim for to the light of their receivers, or the share that they have of that light.
+// Chains add at most this share of the error to aim for to the light of their receivers. Where they are most of that light they may add more:
+// in quadrature, patches are left the error to aim for of their own light.
 const float MAX_ADDED = 0.5;
 // A receiver with less than this share of all light is judged as if it had this share.
 const float DIM_RECEIVER = 0.01;
@@ -175,7 +176,8 @@ uint halvings_for(ChainLattice lattice, LatticePilot pilot, float cells, float s
     }
     if (push.error > 0.0) {
         uint most = 2 * lattice.refinements + MORE_HALVINGS;
-        float allowed = push.error * max(MAX_ADDED, share);
+        float others = max(1.0 - share, 0.0);
+        float allowed = push.error * max(MAX_ADDED, sqrt(1.0 - others * others));
         uint halvings = 0;
         for (; halvings < most && share * planned_error(lattice, pilot, halvings) > allowed; halvings++) {
             // Others would give up their rays for those that there can be no room for.
