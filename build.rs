@@ -213,7 +213,6 @@ fn compile_files(compiler: &Compiler, folder: &Path, names: &[&str]) -> Result<(
 /// What the compiler says.
 fn compile(compiler: &Compiler, source: &Path, macro_: Option<&str>) -> Result<Vec<u32>, String> {
     let mut name = source.file_name().expect("a file").to_owned();
-    name.push(macro_.unwrap_or_default());
     name.push(".spv");
     let output = out_dir().join(name);
     let words = compiler.compile(source, Path::new("glsl/shared"), macro_, &output)?;
@@ -394,7 +393,6 @@ fn describe(shader: Compiled, table: &mut String, layouts: &mut Layouts) {
         in_storage,
         interface,
     } = shader;
-    let file = source.file_name().expect("a file").to_string_lossy();
     let Interface {
         bindings,
         push_bytes,
@@ -403,6 +401,7 @@ fn describe(shader: Compiled, table: &mut String, layouts: &mut Layouts) {
         layouts: structs,
         ..
     } = interface;
+    let file = source.file_name().expect("a file").to_string_lossy();
     layouts.extend(structs);
     let constant = constant(source);
     writeln!(table, "/// `{}`", source.display()).unwrap();

@@ -14,7 +14,6 @@ struct CellImage {
     vec3 blur;         // covariance of that disc and a texel, texels^2
     float blur_determinant; // of that covariance, texels^4
     vec2 slant;        // at midpoint 12, see slant_of(); 0 where perspective does not show
-    bool is_whole;     // whether all of these points send light to the receiver's front
     bool is_lit;       // whether some of them do, and all corners send light
 };
 
@@ -64,8 +63,9 @@ void set_blur(inout CellImage image) {
 CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, PlanarReceiver receiver) {
     CellImage image;
     bool some = false;
+    // Whether all of these points send light to the receiver's front.
+    bool is_whole = true;
     bool all_send = true;
-    image.is_whole = true;
     vec3 at_corners = vec3(0.0);
     vec3 at_midpoints = vec3(0.0);
     for (int i = 0; i < 3; i++) {
@@ -83,7 +83,7 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
         bool middle_lands = middle_landing.margin >= 0.0;
         image.midpoints[i] = middle_landing.texel;
         at_midpoints += middle_lands ? middle_landing.part.share * middle.irradiance_factor : vec3(0.0);
-        image.is_whole = image.is_whole && lands && middle_lands;
+        is_whole = is_whole && lands && middle_lands;
         some = some || lands || middle_lands;
         if (i == 1) {
             DiscPart part = middle_landing.part;
@@ -97,7 +97,7 @@ CellImage image_of(Surface surface, Cell cell, CellRays rays, Light light, Plana
     set_blur(image);
     // The mean over the midpoints is exact for quadratic functions. Where only a part of the cell sends light, the
     // corners count too.
-    vec3 mean = image.is_whole ? at_midpoints / 3.0 : at_midpoints / 4.0 + at_corners / 12.0;
+    vec3 mean = is_whole ? at_midpoints / 3.0 : at_midpoints / 4.0 + at_corners / 12.0;
     image.flux = light.power * mean * (0.5 * length(cross(surface.edge1, surface.edge2)) * abs(determinant(cell.sides)));
     image.is_lit = some && all_send;
     return image;

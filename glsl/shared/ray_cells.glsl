@@ -16,6 +16,7 @@ const uint NO_CHAINS = 0;
 const uint NEAR_CHAINS = 1;   // light that meets two surfaces or more, but lands nowhere
 const uint NEAR_LANDINGS = 2; // such light that lands
 
+// Halvings of a cell of this kind.
 uint cell_halvings(LatticePlan plan, uint kind) {
     uint less[3] = uint[](plan.less_elsewhere, plan.less_near_chains, 0);
     return plan.halvings - min(less[kind], plan.halvings);

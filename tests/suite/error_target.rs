@@ -165,7 +165,7 @@ fn the_error_of_chains_is_kept_and_estimated() {
     }
 }
 
-/// Facets of a body that rolls its light out to the horizon: the bend of their images counts, so that they are divided.
+/// The curvature of an image counts where a facet sends a part of its light past the receiver's plane, so that such facets are divided.
 #[test]
 fn light_past_the_horizon_is_divided() {
     let device = Device::open();
