@@ -4,7 +4,7 @@
 //! Objects are compared one by one, meshes by their address first, so that static objects cost one comparison. The
 //! subdivision of the casters is fixed by the first update; every update finds the triangles that face a light.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::{BoundPipeline, Buffer, Constants, Context, Resource, Shader, Staging, Topology};
 use crate::render::bodies::Bodies;
 use crate::render::chains::lattice::DeviceLattices;
@@ -22,12 +22,14 @@ use crate::render::patches::facets::{DeviceFacets, FIRST_BUDGET};
 use crate::render::receivers::light_maps::DeviceReceivers;
 use crate::render::receivers::mesh::atlases;
 use crate::render::receivers::surfaces::DeviceSurfaces;
+use crate::render::scene_changes::{
+    check_same_structure, is_same, keeps_environment, same_geometry,
+};
 use crate::render::settings::{Area, Method, Settings};
 use crate::render::spectrum::DeviceSpectrum;
 use crate::render::splat::kernel_profiles::profiles;
-use crate::render::textures::{DeviceTextures, map_of};
-use crate::scene::{Geometry, LightKind, Object, Scene};
-use std::mem::discriminant;
+use crate::render::textures::DeviceTextures;
+use crate::scene::{LightKind, Scene};
 use std::sync::Arc;
 
 /// What an update changed.
@@ -218,11 +220,7 @@ impl DeviceScene {
 
     /// Whether diffuse surfaces get the same direct light of the environment in `scene` as in the one on the device.
     pub fn keeps_environment(&self, scene: &Scene) -> bool {
-        let same_lights = (self.scene.lights.iter().zip(&scene.lights))
-            .filter(|(light, _)| matches!(light.kind, LightKind::Environment { .. }))
-            .all(|(light, other)| same_light(&light.kind, &other.kind));
-        let mut objects = self.scene.objects.iter().zip(&scene.objects);
-        !self.is_stale && same_lights && objects.all(|(object, other)| same_geometry(object, other))
+        !self.is_stale && keeps_environment(&self.scene, scene)
     }
 
     /// A compute pipeline, bound to those of the stage's `own` resources and of the scene's buffers and images that `shader`
@@ -375,126 +373,5 @@ impl DeviceScene {
     pub fn first_pairs(&self) -> u64 {
         const FRAGMENTS: u64 = 1 << 22; // 20 ms on two CPU cores
         (FRAGMENTS / self.receivers.max_texels()).clamp(1, 4096)
-    }
-}
-
-fn same_geometry(a: &Object, b: &Object) -> bool {
-    match (&a.geometry, &b.geometry) {
-        (Geometry::Mesh(a), Geometry::Mesh(b)) => Arc::ptr_eq(a, b) || a == b,
-        (a, b) => a == b,
-    }
-}
-
-/// Whether the light maps and the view stay the same, except for the camera, given the same structure.
-fn is_same(a: &Scene, b: &Scene) -> bool {
-    let same_object = |x: &Object, y: &Object| {
-        same_geometry(x, y) && a.materials[x.material].kind == b.materials[y.material].kind
-    };
-    (a.lights.iter().zip(&b.lights)).all(|(x, y)| same_light(&x.kind, &y.kind))
-        && (a.objects.iter().zip(&b.objects)).all(|(x, y)| same_object(x, y))
-}
-
-/// Maps are compared by their address only, because comparing pixels would take too long.
-fn same_light(a: &LightKind, b: &LightKind) -> bool {
-    match (a, b) {
-        (
-            LightKind::Environment {
-                map,
-                scale,
-                rotation,
-                casts_caustics,
-            },
-            LightKind::Environment {
-                map: other_map,
-                scale: other_scale,
-                rotation: other_rotation,
-                casts_caustics: other_casts,
-            },
-        ) => {
-            Arc::ptr_eq(map, other_map)
-                && [scale, rotation] == [other_scale, other_rotation]
-                && casts_caustics == other_casts
-        }
-        _ => a == b,
-    }
-}
-
-/// Checks that only positions, sizes, directions and colours differ.
-fn check_same_structure(a: &Scene, b: &Scene) -> Result<()> {
-    let another = |what: String| {
-        Err(Error::Usage {
-            reason: format!("the scene is another than before: {what}"),
-            remedy: "make a new renderer for it".into(),
-        })
-    };
-    for (what, before, now) in [
-        ("objects", a.objects.len(), b.objects.len()),
-        ("lights", a.lights.len(), b.lights.len()),
-    ] {
-        if before != now {
-            return another(format!("it had {before} {what} and has {now}"));
-        }
-    }
-    if a.max_interfaces != b.max_interfaces {
-        return another("its max_interfaces differs".into());
-    }
-    for (light, other) in a.lights.iter().zip(&b.lights) {
-        let same = match (&light.kind, &other.kind) {
-            (
-                a @ LightKind::Environment { map, .. },
-                b @ LightKind::Environment { map: other, .. },
-            ) => {
-                [map.width, map.height] == [other.width, other.height]
-                    && a.casts_caustics() == b.casts_caustics()
-            }
-            (a, b) => discriminant(a) == discriminant(b),
-        };
-        if !same {
-            return another(format!("light `{}` is of another kind or size", other.name));
-        }
-    }
-    let same_texture = |(a, b)| Arc::ptr_eq(a, b) || a == b;
-    if a.textures.len() != b.textures.len() || !a.textures.iter().zip(&b.textures).all(same_texture)
-    {
-        return another("its textures differ".into());
-    }
-    for (object, other) in a.objects.iter().zip(&b.objects) {
-        let kind =
-            |scene: &Scene, object: &Object| discriminant(&scene.materials[object.material].kind);
-        let disperses = |scene: &Scene, object: &Object| {
-            (scene.materials[object.material].kind.dispersion()).is_some()
-        };
-        let what = if kind(a, object) != kind(b, other) {
-            "the kind of material"
-        } else if disperses(a, object) != disperses(b, other) {
-            "the dispersion"
-        } else if !same_topology(&object.geometry, &other.geometry) {
-            "the topology"
-        } else if object.light_map != other.light_map {
-            "the size of the light map"
-        } else if map_of(a, object) != map_of(b, other) || !same_uvs(object, other) {
-            "the albedo map"
-        } else if object.blocks_light != other.blocks_light {
-            "the shadow"
-        } else {
-            continue;
-        };
-        return another(format!("{what} of object `{}` differs", other.name));
-    }
-    Ok(())
-}
-
-fn same_uvs(a: &Object, b: &Object) -> bool {
-    match (&a.uvs, &b.uvs) {
-        (Some(a), Some(b)) => Arc::ptr_eq(a, b) || a == b,
-        (a, b) => a.is_none() && b.is_none(),
-    }
-}
-
-fn same_topology(a: &Geometry, b: &Geometry) -> bool {
-    match (a, b) {
-        (Geometry::Mesh(a), Geometry::Mesh(b)) => Arc::ptr_eq(a, b) || a.triangles == b.triangles,
-        (Geometry::Waves(a), Geometry::Waves(b)) => a.quads == b.quads,
-        (a, b) => discriminant(a) == discriminant(b),
     }
 }

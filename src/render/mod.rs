@@ -34,6 +34,7 @@ mod methods;
 mod notes;
 mod patches;
 mod receivers;
+mod scene_changes;
 mod settings;
 mod spectrum;
 mod splat;

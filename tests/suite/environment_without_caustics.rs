@@ -1,6 +1,8 @@
 //! Environments that cast no caustics: light maps are as without them, and transparent surfaces do not block them.
 
-use crate::common::{Device, assert_error, load, method, only_receiver, options, see, solve};
+use crate::common::{
+    Device, assert_error, footprint, load, method, moved, only_receiver, options, see, solve,
+};
 use glam::DVec3;
 use nephroid::image_file::RgbImage;
 use nephroid::render::Method;
@@ -72,6 +74,38 @@ fn it_passes_straight_through_glass() {
         reflectance: DVec3::ONE,
     };
     assert!(worst(device.direct(&mirror, "floor")) > 0.1);
+}
+
+/// So that glass or water in motion does not make its direct light be computed again. Glass that casts its caustics does, as do
+/// mirrors and diffuse surfaces.
+#[test]
+fn glass_in_motion_keeps_its_light() {
+    let device = Device::open();
+    let mirror = |mut scene: Scene| {
+        scene.materials[0].kind = MaterialKind::Mirror {
+            reflectance: DVec3::ONE,
+        };
+        scene
+    };
+    let up = 0.1 * DVec3::Y;
+    for (scene, object, is_again) in [
+        (ball(false), "ball", false),
+        (ball(true), "ball", true),
+        (mirror(ball(false)), "ball", true),
+        (ball(false), "floor", true),
+    ] {
+        let mut renderer = device.renderer(&scene, &footprint(256));
+        renderer.direct().unwrap();
+        renderer.update(&moved(scene, object, 0.0, up)).unwrap();
+        renderer.take_times();
+        renderer.direct().unwrap();
+        let passes = renderer.take_times();
+        let has = |name| passes.iter().any(|pass| pass.name == name);
+        assert!(
+            has("direct") && has("environment rays") == is_again,
+            "{object}"
+        );
+    }
 }
 
 /// The same in the reference, on the floor below the ball: albedo/π · π W/m²/sr.

@@ -165,7 +165,7 @@ impl TriangleStore {
 }
 
 /// Which shadows an object casts, for [`gpu_types::Triangle`].
-fn occlusion(scene: &Scene, object: &Object) -> u32 {
+pub fn occlusion(scene: &Scene, object: &Object) -> u32 {
     let is_clear = matches!(
         scene.materials[object.material].kind,
         MaterialKind::Dielectric(_)
