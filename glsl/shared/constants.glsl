@@ -49,9 +49,6 @@ const uint NO_TRIANGLE = 0xffffffffu;
 // Side of a leaf of a mesh receiver's quadtree, texels.
 const uint LEAF = 8;
 
-// Bits of the roots of the linear red and green of a texture's texel, from the least significant bit on; blue has the rest.
-const uint ROOT_BITS = 11;
-
 // Depth of the hierarchy that its traversal has a stack for.
 const int STACK = 48;
 // Position of the number of triangles in a link of the hierarchy.

@@ -105,10 +105,9 @@ struct TexturedTriangle {
     uint level_count; // 0: no texture
 };
 
-// A mipmap: its texels row by row from the top.
+// A mipmap: a tile of the image of all textures.
 struct TextureLevel {
-    uint first;      // index of the first texel
-    uint unused;
+    uvec2 origin;    // texel
     uvec2 size;
 };
 

@@ -20,7 +20,7 @@ layout(std430, binding = 14) readonly buffer Counts { uint counts[]; };
 layout(std430, binding = 15) readonly buffer Pixels { uint pixels[]; };
 TEXTURED_TRIANGLES(16)
 TEXTURE_LEVELS(17)
-TEXTURES(18)
+layout(binding = 18) uniform sampler2D textures;
 
 // What the scene has. The compiler removes code that the scene does not need.
 layout(constant_id = ID_HAS_LAMPS) const bool HAS_LAMPS = true;

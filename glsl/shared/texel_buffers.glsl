@@ -186,8 +186,6 @@ float last_of(uvec4 texel) {
     TEXELS(slot, texture_levels)                                                           \
     TextureLevel texture_level_at(uint index) {                                            \
         uvec4 a = TEXEL(texture_levels, 1, index, 0);                                      \
-        return TextureLevel(a.x, a.y, a.zw);                                               \
+        return TextureLevel(a.xy, a.zw);                                               \
     }
 
-// The texels of all textures, see colour_of_texel(): of 4 bytes, too small for a texel buffer.
-#define TEXTURES(slot) layout(std430, binding = slot) readonly buffer Textures { uint textures[]; };

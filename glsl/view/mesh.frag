@@ -6,7 +6,7 @@
 layout(binding = 6) uniform sampler2D light_map;   // caustic irradiance
 layout(binding = 7) uniform sampler2D direct_map;  // direct irradiance
 TEXTURE_LEVELS(9)
-TEXTURES(10)
+layout(binding = 10) uniform sampler2D textures;
 layout(location = 0) in vec2 place;
 layout(location = 1) in flat vec4 tiles;
 layout(location = 2) in flat vec2 size;

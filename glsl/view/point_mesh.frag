@@ -5,7 +5,7 @@
 
 layout(std430, binding = 4) readonly buffer PointLight { vec4 point_light[]; };
 TEXTURE_LEVELS(6)
-TEXTURES(7)
+layout(binding = 7) uniform sampler2D textures;
 layout(location = 0) in vec2 weights;
 layout(location = 1) in flat uvec4 points;
 layout(location = 2) in flat vec3 albedo;

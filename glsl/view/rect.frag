@@ -6,7 +6,7 @@
 layout(binding = 4) uniform sampler2D light_map;   // caustic irradiance
 layout(binding = 5) uniform sampler2D direct_map;  // direct irradiance
 TEXTURE_LEVELS(7)
-TEXTURES(8)
+layout(binding = 8) uniform sampler2D textures;
 layout(location = 0) in vec4 places;
 layout(location = 1) in flat vec4 direct_tile;
 layout(location = 2) in flat vec4 light_tile;

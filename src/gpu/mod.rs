@@ -47,7 +47,7 @@ pub use reload::NewShaders;
 pub use requirements::Requirements;
 pub use shader::{Shader, StructLayout, shaders};
 pub use staging::Staging;
-pub use texel::Texel;
+pub use texel::{Colour, Texel};
 pub use validation::Messages;
 
 use crate::error::Error;

@@ -2,7 +2,7 @@
 
 use super::image::image_copy;
 use super::memory::Buffer;
-use super::texel::LIGHT_BYTES;
+use super::texel::{Colour, LIGHT_BYTES, Texel};
 use super::{Access, Context, Image, Recorder};
 use crate::error::Result;
 use ash::vk;
@@ -116,6 +116,35 @@ impl Staging {
             from,
             to: to.handle,
             region: image_copy(level, [0, 0], [width, height]).buffer_offset(start),
+        });
+        Ok(())
+    }
+
+    /// Writes the texels of a rectangle of an image of [`Texel::Colour`], row by row.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// Where the rectangle has another number of texels.
+    pub fn write_colours(
+        &mut self,
+        to: &Image,
+        origin: [u32; 2],
+        size: [u32; 2],
+        colours: &[Colour],
+    ) -> Result<()> {
+        assert_eq!(to.texel, Texel::Colour);
+        assert_eq!(
+            colours.len() as u64,
+            u64::from(size[0]) * u64::from(size[1])
+        );
+        let (from, start) = self.place(size_of_val(colours) as u64)?;
+        self.fill(start, bytemuck::cast_slice(colours));
+        self.copies.push(Copy::ToImage {
+            from,
+            to: to.handle,
+            region: image_copy(0, origin, size).buffer_offset(start),
         });
         Ok(())
     }

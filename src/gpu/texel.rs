@@ -7,6 +7,8 @@ use ash::vk;
 pub enum Texel {
     /// RGBA in f32: light.
     Light,
+    /// RGBA in f16, sampled only: linear colours.
+    Colour,
     /// One u32, sampled without filtering.
     Number,
     /// Depth in f32, sampled without filtering.
@@ -17,6 +19,7 @@ impl Texel {
     pub(super) const fn format(self) -> vk::Format {
         match self {
             Self::Light => vk::Format::R32G32B32A32_SFLOAT,
+            Self::Colour => vk::Format::R16G16B16A16_SFLOAT,
             Self::Number => vk::Format::R32_UINT,
             Self::Depth => vk::Format::D32_SFLOAT,
         }
@@ -28,11 +31,15 @@ impl Texel {
             Self::Light => {
                 Usage::STORAGE | Usage::SAMPLED | Usage::TRANSFER_SRC | Usage::TRANSFER_DST
             }
+            Self::Colour => Usage::SAMPLED | Usage::TRANSFER_DST,
             Self::Number => Usage::COLOR_ATTACHMENT | Usage::SAMPLED,
             Self::Depth => Usage::DEPTH_STENCIL_ATTACHMENT | Usage::SAMPLED,
         }
     }
 }
+
+/// A texel of [`Texel::Colour`].
+pub type Colour = [half::f16; 4];
 
 /// Bytes of a texel of [`Texel::Light`]: four f32.
 pub const LIGHT_BYTES: u64 = 16;

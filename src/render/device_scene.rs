@@ -317,7 +317,7 @@ impl DeviceScene {
             ("environment", Resource::Image(&self.environment.image)),
             ("textured_triangles", buffer(&self.textures.triangles)),
             ("texture_levels", buffer(&self.textures.levels)),
-            ("textures", buffer(&self.textures.texels)),
+            ("textures", Resource::Image(&self.textures.image)),
         ]
     }
 

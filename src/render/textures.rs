@@ -1,19 +1,23 @@
-//! Textures of diffuse surfaces on the device: all levels of all textures in one buffer, so that devices with few descriptors
+//! Textures of diffuse surfaces on the device: all levels of all textures in one image, so that devices with few descriptors
 //! have them, too.
 
-use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Context, Staging};
+use crate::error::Result;
+use crate::gpu::{Buffer, Colour, Context, Image, Sampling, Staging, Texel};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::constants::ROOT_BITS;
 use crate::render::gpu_types::{TextureLevel, TexturedTriangle};
+use crate::render::receivers::light_maps::pack_tiles;
 use crate::scene::{self, Scene};
 use crate::srgb::decode;
 use glam::{DVec2, UVec2};
+use half::f16;
 use std::sync::{Arc, LazyLock};
 
+/// Texels around a level, which repeat those on its other side, so that filtering finds them.
+const BORDER: u32 = 1;
+
 pub struct DeviceTextures {
-    /// See [`packed`].
-    pub texels: Buffer,
+    /// Linear colours of all levels, with their borders.
+    pub image: Image,
     /// Mipmap levels of all textures, one texture after the other.
     pub levels: Buffer,
     /// One for each triangle.
@@ -28,34 +32,26 @@ impl DeviceTextures {
     /// Allocates and stages the textures of `scene`.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the textures do not fit into an image, [`Error::Device`] if device memory is insufficient.
+    /// [`crate::Error::Usage`] where the textures do not fit into an image, [`crate::Error::Device`] if device memory is
+    /// insufficient.
     pub fn new(context: &Arc<Context>, staging: &mut Staging, scene: &Scene) -> Result<Self> {
         let is_present = (scene.objects.iter()).any(|object| map_of(scene, object).is_some());
         let textures = if is_present { &scene.textures[..] } else { &[] };
         let levels: Vec<_> = textures.iter().flat_map(|of| &of.levels).collect();
-        let texel_count: u64 = levels.iter().map(|of| of.texels.len() as u64).sum();
-        let bytes = 4 * texel_count.max(1);
-        if bytes > context.max_storage_bytes() {
-            return Err(Error::Usage {
-                reason: format!(
-                    "the albedo maps with their mipmaps take {bytes} bytes, and the device allows {}",
-                    context.max_storage_bytes()
-                ),
-                remedy: "scale the images down, or choose another device".into(),
-            });
-        }
-        let texels = Buffer::new(context, "textures", bytes)?;
+        let sizes: Vec<_> = (levels.iter())
+            .map(|level| [level.width, level.height].map(|side| side + 2 * BORDER))
+            .collect();
+        let (origins, size) = pack_tiles(&sizes, context.max_image_side(), "albedo maps")?;
+        let (sampling, texel) = (Sampling::Clamp, Texel::Colour);
+        let image = Image::of_texels(context, "textures", size, 1, sampling, texel)?;
+        staging.prepare(&image);
         let mut table = Vec::new();
-        let mut first = 0;
-        for level in levels {
-            let packed: Vec<u32> = level.texels.iter().map(|&texel| packed(texel)).collect();
-            staging.write(&texels, first as usize, &packed)?;
+        for ((level, origin), size) in levels.iter().zip(origins).zip(sizes) {
+            staging.write_colours(&image, origin, size, &with_border(level))?;
             table.push(TextureLevel {
-                first,
+                origin: UVec2::from(origin) + BORDER,
                 size: UVec2::new(level.width, level.height),
-                ..Default::default()
             });
-            first += packed.len() as u32;
         }
         let mut first_levels = Vec::new();
         let mut count = 0;
@@ -79,7 +75,7 @@ impl DeviceTextures {
                 triangle_count,
                 size_of::<TexturedTriangle>(),
             )?,
-            texels,
+            image,
             is_present,
             first_levels,
         };
@@ -123,7 +119,7 @@ impl DeviceTextures {
 
     /// Bytes of device memory.
     pub fn bytes(&self) -> u64 {
-        self.texels.bytes() + self.levels.bytes() + self.triangles.bytes()
+        self.image.bytes() + self.levels.bytes() + self.triangles.bytes()
     }
 }
 
@@ -143,40 +139,47 @@ fn in_repeats(corners: &[DVec2; 3], uv_scale: DVec2) -> [DVec2; 3] {
     corners.map(|uv| uv - whole)
 }
 
-/// Roots of the linear values of sRGB bytes, 0..=1.
-static ROOTS: LazyLock<[f64; 256]> =
-    LazyLock::new(|| std::array::from_fn(|byte| decode(byte as u8).sqrt()));
+/// Linear values of sRGB bytes. Their steps are at least twelve times as wide as those of f16.
+static LINEAR: LazyLock<[f16; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| f16::from_f64(decode(byte as u8))));
 
-/// The roots of the linear red, green and blue, in 11, 11 and 10 bits: finer than the bytes, and fast to decode.
-fn packed([red, green, blue, _]: [u8; 4]) -> u32 {
-    let root = |byte: u8, bits: u32| {
-        let most = f64::from((1 << bits) - 1);
-        (most * ROOTS[usize::from(byte)]).round() as u32
-    };
-    root(red, ROOT_BITS)
-        | root(green, ROOT_BITS) << ROOT_BITS
-        | root(blue, u32::BITS - 2 * ROOT_BITS) << (2 * ROOT_BITS)
+/// Colours of a level and its border, row by row.
+fn with_border(level: &scene::TextureLevel) -> Vec<Colour> {
+    let [width, height] = [level.width, level.height].map(|side| side as usize);
+    let around = |side: usize| [side - 1].into_iter().chain(0..side).chain([0]);
+    around(height)
+        .flat_map(|row| around(width).map(move |column| row * width + column))
+        .map(|texel| level.texels[texel].map(|byte| LINEAR[usize::from(byte)]))
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Linear values are less than a third of a step of the sRGB bytes off.
     #[test]
-    fn packed_colours_are_close() {
+    fn colours_are_close() {
         for byte in 0..=255u8 {
-            let texel = packed([byte, byte, byte, 255]);
             let step = decode(byte.saturating_add(1)) - decode(byte.saturating_sub(1));
-            for (bits, most) in [(texel & 0x7ff, 2047.0), (texel >> 22, 1023.0)] {
-                let linear = (f64::from(bits) / most).powi(2);
-                assert!(
-                    (linear - decode(byte)).abs() < step / 3.0,
-                    "{byte} {linear}"
-                );
-            }
+            let linear = f64::from(LINEAR[usize::from(byte)]);
+            assert!(
+                (linear - decode(byte)).abs() < step / 24.0,
+                "{byte} {linear}"
+            );
         }
-        assert_eq!(packed([255; 4]), u32::MAX);
+    }
+
+    #[test]
+    fn borders_repeat_the_other_side() {
+        let texels = (0..6).map(|byte| [byte; 4]).collect();
+        let level = scene::TextureLevel {
+            width: 3,
+            height: 2,
+            texels,
+        };
+        let found: Vec<_> = with_border(&level).iter().map(|rgba| rgba[0]).collect();
+        let expected = [5, 3, 4, 5, 3, 2, 0, 1, 2, 0, 5, 3, 4, 5, 3, 2, 0, 1, 2, 0];
+        assert_eq!(found, expected.map(|byte: usize| LINEAR[byte]));
     }
 
     #[test]
