@@ -14,6 +14,8 @@ const int ID_HAS_TEXTURES = 7;
 const int ID_DISPERSES = 8;
 // The light of chains is counted by where it ends, for a report.
 const int ID_COUNTS_FLUX = 9;
+// A sun or lamp may be in the picture.
+const int ID_SHOWS_LIGHTS = 10;
 
 // `Triangle.flags`: the triangle casts shadows.
 const uint OCCLUDES = 1;

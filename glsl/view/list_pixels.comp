@@ -12,6 +12,8 @@ layout(std430, binding = 5) readonly buffer SmoothGroups { uint smooth_groups[];
 layout(std430, binding = 2) buffer Counts { uint counts[]; };
 layout(std430, binding = 3) writeonly buffer Pixels { uint pixels[]; };
 
+layout(constant_id = ID_SHOWS_LIGHTS) const bool SHOWS_LIGHTS = true;
+
 #include "view_ray.glsl"
 #include "light.glsl"
 
@@ -37,8 +39,13 @@ bool is_flat(vec4 depth) {
     return abs(depth.x - depth.y + depth.z - depth.w) <= 2e-4 * (depth.x + depth.z);
 }
 
+// Pixels of consecutive threads, and so of the lists, are in blocks of 4 x 2: rays of compact groups meet the same boxes.
+uvec2 place_in_group(uint index) {
+    return uvec2(index & 3u | index >> 1 & 4u, index >> 2 & 1u | index >> 3 & 6u);
+}
+
 void main() {
-    uvec2 pixel = push.first + gl_GlobalInvocationID.xy;
+    uvec2 pixel = push.first + GROUP_SIDE * gl_WorkGroupID.xy + place_in_group(gl_LocalInvocationIndex);
     if (pixel.x >= push.end.x || pixel.y >= push.end.y) return;
     ivec2 corner = ivec2((pixel - push.tile) * push.side);
     int last = int(push.side) - 1;
@@ -60,8 +67,7 @@ void main() {
         for (int i = 0; i < 4; i++) depth[i] = texelFetch(visible_depth, corner + last * ivec2(i == 1 || i == 2, i < 2), 0).r;
         is_even = is_even && is_flat(depth);
     }
-    vec3 direction = direction_at(vec2(pixel) + 0.5);
-    if (push.light_count > 0 && may_show_light(direction, 2.0 * length(push.up) / push.size.y)) is_even = false;
+    if (SHOWS_LIGHTS && may_show_light(direction_at(vec2(pixel) + 0.5), 2.0 * length(push.up) / push.size.y)) is_even = false;
     uint item = pixel.x | pixel.y << 16;
     if (!is_even) pixels[push.capacity - 1 - atomicAdd(counts[1], 1)] = item;
     else if (first != NO_TRIANGLE && (first & BY_RAYS) != 0) pixels[atomicAdd(counts[0], 1)] = item;

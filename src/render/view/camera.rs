@@ -8,7 +8,7 @@ use crate::gpu::{
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
-use crate::render::gpu_types::constants::SPLAT_GROUP;
+use crate::render::gpu_types::constants::{ID_SHOWS_LIGHTS, SPLAT_GROUP};
 use crate::render::gpu_types::{CameraPush, Light, ViewPush};
 use crate::render::view::work_list::{Items, WorkList};
 use crate::scene::Camera;
@@ -28,7 +28,8 @@ pub struct View {
     /// Rects, meshes with light maps, other meshes.
     surfaces: [BoundPipeline; 3],
     background: BoundPipeline,
-    list_pixels: BoundPipeline,
+    /// Without and with suns and lamps in the picture.
+    list_pixels: [BoundPipeline; 2],
     contrast: BoundPipeline,
     shade: BoundPipeline,
     /// Linear radiance, W/m²/sr.
@@ -88,6 +89,11 @@ impl View {
             items,
         ];
         let compute = |shader| scene.compute(context, shader, &own);
+        let list = |shows_lights| {
+            let mut constants = scene.constants();
+            constants[ID_SHOWS_LIGHTS as usize] = shows_lights;
+            scene.compute_with(constants, context, &shaders::LIST_PIXELS_COMP, &own)
+        };
         let draw = |shaders, topology| scene.graphics(context, shaders, topology, &own);
         let of_surfaces = |shaders| draw(shaders, Topology::Surfaces);
         let made = Self {
@@ -105,7 +111,7 @@ impl View {
                 of_surfaces([&shaders::POINT_MESH_VERT, &shaders::POINT_MESH_FRAG])?,
             ],
             background: of_surfaces([&shaders::BACKGROUND_VERT, &shaders::BACKGROUND_FRAG])?,
-            list_pixels: compute(&shaders::LIST_PIXELS_COMP)?,
+            list_pixels: [list(false)?, list(true)?],
             contrast: compute(&shaders::CONTRAST_COMP)?,
             shade: compute(match scene.casters.lobes {
                 1 => &shaders::SHADE_MIRRORS_COMP,
@@ -224,14 +230,12 @@ impl View {
     ) {
         let push = self.view_push(scene, camera, tile);
         let push = ViewPush {
-            light_count: match self.may_show_lights(scene, camera) {
-                true => push.light_count,
-                false => 0,
-            },
             first: tile.0 + rect.first,
             ..push
         };
-        recorder.dispatch(&self.list_pixels, &push, rect.threads());
+        let shows_lights = self.may_show_lights(scene, camera);
+        let pipeline = &self.list_pixels[usize::from(shows_lights)];
+        recorder.dispatch(pipeline, &push, rect.threads());
     }
 
     /// Records the radiance of pixels of list 0 or 1.
