@@ -14,8 +14,11 @@ float image_division(float share, float deviation, float height, float blur, flo
 }
 
 // The same where light is blocked in a part of the patch. `exposed` is the share of its facet's outline at which the surface ends or bends.
+// Shadows are as smooth as the blur, where the division reaches it.
 float mixed_division(float share, float longest, float blur, float exposed, float patch_share) {
-    return clamp(ceil(sqrt(4.0 * share * max(min(longest / blur, 1.0), exposed) / patch_share)), 2.0, 7.0);
+    const float most = 7.0;
+    float smooth_ = clamp(ceil(longest / blur), 2.0, most);
+    return clamp(ceil(sqrt(4.0 * share * max(min(longest / blur, 1.0), exposed) / patch_share)), smooth_, most);
 }
 
 // Light that is at the wrong place because `n`^2 triangles with straight sides stand for the image.

@@ -33,6 +33,10 @@ layout(std430, binding = 12) buffer Visibility { uint visibility[]; };
 #define BLOCK_POINTS(i) patch_sums[i].y
 #define FIRST_POINT(i) patch_numbers[i].y
 
+// Share of the way to the middle of the facet at which rays from its corners and sides start. On the side itself they may start in
+// the plane of another surface, such as a wall around water, and would not meet it.
+const float INWARD = 1e-3;
+
 void main() {
     uint corners = push.corner_count * push.light_count;
     uint words = words_of_targets();
@@ -71,6 +75,7 @@ void main() {
         targets = patches.targets;
         st = place_in(facet_cell(facet), vec2(place) / float(n));
     }
+    st = mix(st, vec2(1.0 / 3.0), INWARD);
     Light light = light_toward(light_index, triangle);
     Surface surface = surface_toward(triangle, light);
     OutgoingRay rays[2] = OutgoingRay[](leave(surface, light, 0.0, st), leave(surface, light, surface.eta, st));
