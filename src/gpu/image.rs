@@ -73,8 +73,8 @@ impl Image {
                 reason: format!(
                     "it has {width}×{height} texels and the device allows {most} a side"
                 ),
-                remedy: "ask for a smaller picture, light map or environment, or choose \
-                         another device"
+                remedy: "ask for a smaller picture, light map, environment or albedo map, or \
+                         choose another device"
                     .into(),
             });
         }

@@ -228,10 +228,9 @@ impl View {
         tile: ViewTile,
         rect: GroupRect,
     ) {
-        let push = self.view_push(scene, camera, tile);
         let push = ViewPush {
             first: tile.0 + rect.first,
-            ..push
+            ..self.view_push(scene, camera, tile)
         };
         let shows_lights = self.may_show_lights(scene, camera);
         let pipeline = &self.list_pixels[usize::from(shows_lights)];
