@@ -16,6 +16,8 @@ const int ID_DISPERSES = 8;
 const int ID_COUNTS_FLUX = 9;
 // A sun or lamp may be in the picture.
 const int ID_SHOWS_LIGHTS = 10;
+// Triangles of casters may be merged.
+const int ID_HAS_MERGED = 11;
 
 // `Triangle.flags`: the triangle casts shadows.
 const uint OCCLUDES = 1;
@@ -23,6 +25,9 @@ const uint OCCLUDES = 1;
 const uint IS_MESH_RECEIVER = 2;
 // `Triangle.flags`: the triangle casts shadows in the direct light of the environment.
 const uint OCCLUDES_ENVIRONMENT = 4;
+// `Triangle.flags`: several triangles of a caster, merged. `twin` leads to the midpoints of its sides: `position`, `edge1` and `edge2`
+// there are those of the sides 01, 12 and 20, and n0, n1 and n2 the normals.
+const uint MERGED = 8;
 
 // `Object.kind`.
 const uint DIFFUSE = 0;

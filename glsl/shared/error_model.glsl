@@ -7,6 +7,12 @@ float facet_division(float share, float patch_share) {
     return rounded(sqrt(share / patch_share), MAX_PATCH_DIVISION);
 }
 
+// Deviation of one of `parts`^2 patches of a facet; see image_division(). If the facet is merged, of triangles with `along` on an edge, no
+// smaller patch bends: light is linear on each triangle.
+float deviation_of_part(float deviation, float parts, uint along) {
+    return along > 0 && parts >= float(along) ? 0.0 : deviation / (parts * parts);
+}
+
 // Triangles of a patch along an edge, so that their errors are alike. `deviation` is the largest distance of the image of
 // a side's midpoint from the middle of the side's image.
 float image_division(float share, float deviation, float height, float blur, float patch_share) {

@@ -4,6 +4,7 @@
 // The method beams: patches of one size, each one triangle of constant irradiance without blur, lit if one ray says so.
 layout(constant_id = ID_BEAMS) const bool BEAMS = false;
 
+#include "merged.glsl"
 #include "disc_part.glsl"
 #include "light_part.glsl"
 
@@ -20,6 +21,9 @@ struct Surface {
     float eta;       // see eta_of()
     uint triangle;
     Object object;
+    bool is_merged;
+    vec3 bulges[3];        // see bulges_of()
+    vec3 normal_bulges[3]; // the same for `normal`
 };
 
 // The light, or the part of a lamp, that a facet of this triangle sees.
@@ -39,16 +43,38 @@ Surface surface_toward(uint index, Light light) {
     Object object = object_at(triangle.object);
     float eta = eta_of(object, front);
     float side = eta == 0.0 || front ? 1.0 : -1.0;
+    bool merged = is_merged(triangle);
+    vec3 bulges[3] = bulges_of(triangle);
+    vec3 normal_bulges[3] = vec3[](vec3(0.0), vec3(0.0), vec3(0.0));
+    if (HAS_MERGED) {
+        Normals middle = normals_at(triangle.twin);
+        float scale = merged ? 4.0 * side : 0.0;
+        normal_bulges[0] = scale * (middle.n0 - 0.5 * (corner.n0 + corner.n1));
+        normal_bulges[1] = scale * (middle.n1 - 0.5 * (corner.n1 + corner.n2));
+        normal_bulges[2] = scale * (middle.n2 - 0.5 * (corner.n2 + corner.n0));
+    }
     return Surface(triangle.position, triangle.edge1, triangle.edge2, side * corner.n0, side * (corner.n1 - corner.n0),
-        side * (corner.n2 - corner.n0), side * normalize(facing), eta, index, object);
+        side * (corner.n2 - corner.n0), side * normalize(facing), eta, index, object, merged, bulges, normal_bulges);
 }
 
 vec3 position_at(Surface surface, vec2 st) {
-    return surface.position + st.x * surface.edge1 + st.y * surface.edge2;
+    vec3 x = surface.position + st.x * surface.edge1 + st.y * surface.edge2;
+    if (HAS_MERGED) x += bulge_at(surface.bulges, st);
+    return x;
 }
 
 vec3 normal_at(Surface surface, vec2 st) {
-    return normalize(surface.normal + st.x * surface.normal_ds + st.y * surface.normal_dt);
+    vec3 n = surface.normal + st.x * surface.normal_ds + st.y * surface.normal_dt;
+    if (HAS_MERGED) n += bulge_at(surface.normal_bulges, st);
+    return normalize(n);
+}
+
+// Area of the surface over that of the plane, where the normal is n. On a triangle of the mesh, normals say where light goes; its area is that of
+// its plane.
+float area_over_plane(Surface surface, vec3 n) {
+    float area = 1.0;
+    if (HAS_MERGED && surface.is_merged) area = 1.0 / max(dot(n, surface.facing), 0.1);
+    return area;
 }
 
 // The light that leaves a point of a surface.
@@ -56,7 +82,7 @@ struct OutgoingRay {
     vec3 position;
     vec3 direction;  // unit; 0 where all light is reflected totally
     float radius;    // angular radius of the disc that is reflected; 0 where light is refracted
-    vec3 irradiance_factor; // irradiance of the surface over Light.power, times the lobe's share
+    vec3 irradiance_factor; // irradiance of the surface, per area of its plane, over Light.power, times the lobe's share
     float margin;    // < 0: no light of this lobe leaves the point
 };
 
@@ -84,7 +110,7 @@ OutgoingRay leave(Surface surface, Light light, float eta, vec2 st) {
     if (eta != 0.0) ray.margin = min(ray.margin, -dot(ray.direction, surface.facing));
     cosine = max(cosine, 0.0);
     vec3 share = reflected_share(surface.object, cosine, surface.eta);
-    ray.irradiance_factor = part.share * disc.falloff * cosine * (eta == 0.0 ? share : 1.0 - share);
+    ray.irradiance_factor = part.share * disc.falloff * cosine * area_over_plane(surface, n) * (eta == 0.0 ? share : 1.0 - share);
     return ray;
 }
 

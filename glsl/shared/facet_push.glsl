@@ -14,6 +14,9 @@ layout(push_constant) uniform FacetPush {
     uint is_lattice;     // trace_corners: 0: the corners of facets; 1: the lattices
     uint first_splat;    // of this batch
     uint has_chains;     // 1: chains light receivers, too
+    float merging_error; // cautious estimate of the error of merged triangles
+    uint first_facet;    // of this frame's in the list of facets
+    uint first_corner;   // of theirs in the list of corners
 } push;
 
 // A number of parts along an edge. Rounds up from 0.3 above a whole number on, which balances the errors of rounding.

@@ -4,6 +4,9 @@
 // its own.
 const float RAY_OFFSET = 1e-4;
 
+// The same over the largest of Surface.bulges: half of what the surface has beyond its plane.
+const float OFFSET_OF_MERGED = 0.125;
+
 bool is_inside(PlanarReceiver receiver, vec2 texel) {
     vec2 low = vec2(receiver.tile_x, receiver.tile_y);
     return all(greaterThanEqual(texel, low)) && all(lessThanEqual(texel, low + vec2(receiver.width, receiver.height)));
@@ -12,6 +15,8 @@ bool is_inside(PlanarReceiver receiver, vec2 texel) {
 // Start of a ray in the direction `to`.
 vec3 ray_start(Surface surface, vec2 st, vec3 to) {
     float offset = RAY_OFFSET * max(length(surface.edge1), length(surface.edge2));
+    // The triangles that are merged have straight sides, on which a ray would start beneath the others.
+    if (HAS_MERGED) offset += OFFSET_OF_MERGED * max(max(length(surface.bulges[0]), length(surface.bulges[1])), length(surface.bulges[2]));
     vec3 n = normal_at(surface, st);
     return position_at(surface, st) + (dot(n, to) < 0.0 ? -offset : offset) * n;
 }

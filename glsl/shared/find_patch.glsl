@@ -21,6 +21,6 @@ PatchPlace find_patch(uint patch_index) {
     uint first = block * SPLAT_GROUP;
     SEARCH(pair, first, min(SPLAT_GROUP, pairs - first), local, FIRST_PATCH)
     FacetPatches patches = facet_patches[pair];
-    return PatchPlace(facet_at(pair % push.facet_count), pair, pair / push.facet_count, local - patch_numbers[pair].x, patches.division,
+    return PatchPlace(facet_at(push.first_facet + pair % push.facet_count), pair, pair / push.facet_count, local - patch_numbers[pair].x, patches.division,
         push.corner_count * push.light_count + patch_sums[block].y + patch_numbers[pair].y, patches.targets);
 }

@@ -298,8 +298,8 @@ struct Facet {
     uint corner1;
     uint corner2;
     float exposed;   // share of the triangle's outline at which the surface ends or bends
-    uint unused0;
-    uint unused1;
+    uint along;      // triangles of the mesh along an edge, if it is merged; otherwise 0
+    uint unused;
 };
 
 // A corner of facets: a point of a triangle, as coefficients of edge1 and edge2. Facets that share a smooth vertex share

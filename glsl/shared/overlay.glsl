@@ -17,6 +17,7 @@ layout(push_constant) uniform OverlayPush {
     uint first;          // of the cells to draw
     uint is_sun;         // the cells act as suns
     uint every;          // one of so many kernels is outlined
+    uint first_facet;    // of this frame's in the list of facets
 } push;
 
 #include "seen_at.glsl"

@@ -18,8 +18,7 @@ layout(std430, binding = 4) writeonly buffer Errors { vec4 errors[]; };
 #include "blocks.glsl"
 
 // Whether the light of one of the lobes reaches a receiver from some corners of a facet and is blocked at others.
-bool is_mixed(uint pair, uint receiver) {
-    Facet facet = facet_at(pair % push.facet_count);
+bool is_mixed(Facet facet, uint pair, uint receiver) {
     bool found = false;
     for (uint lobe = 0; lobe < push.lobes; lobe++) {
         uvec3 states = states_at_corners(facet, pair / push.facet_count, receiver * push.lobes + lobe);
@@ -54,11 +53,12 @@ void main() {
             uint pieces = needs_pieces(outline, blur, push.error) ? PIECES[level] : 1;
             sums[level].z += share * max(outline_error(outline, blur, pieces) - of_profile, 0.0);
         }
-        float mixed = push.can_occlude != 0 && is_mixed(pair, receiver) ? 1.0 : 0.0;
+        Facet facet = facet_at(push.first_facet + pair % push.facet_count);
+        float mixed = push.can_occlude != 0 && is_mixed(facet, pair, receiver) ? 1.0 : 0.0;
         for (uint level = 0; level < SHARE_LEVELS; level++) {
             float patch_share = FIRST_SHARE / float(1 << level);
             float parts = facet_division(share, patch_share);
-            float deviation = first.x / (parts * parts);
+            float deviation = deviation_of_part(first.x, parts, facet.along);
             float longest = first.y / parts;
             float height = second.x / parts;
             float of_patch = share / (parts * parts);

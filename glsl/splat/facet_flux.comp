@@ -62,7 +62,7 @@ bool add_image(Surface surface, Cell cell, CellRays rays, Light light, PlanarRec
 void main() {
     uint pair = thread_index();
     if (pair >= push.facet_count * push.light_count) return;
-    Facet facet = facet_at(pair % push.facet_count);
+    Facet facet = facet_at(push.first_facet + pair % push.facet_count);
     Light light = light_toward(pair / push.facet_count, facet.triangle);
     Surface surface = surface_toward(facet.triangle, light);
     Cell cell = facet_cell(facet);

@@ -52,16 +52,17 @@ const float MAX_PERSPECTIVE = 0.15;
 const float MIXED_BLUR = 1.5;
 
 // The triangles for the image on receiver `index`, so that the error of each patch is in proportion.
-uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, bool is_blocked, float exposed, uint pieces) {
+uint triangles_for(Surface surface, Cell cell, Light light, uint index, float eta, bool is_mixed, bool is_blocked, float exposed, uint pieces, bool is_straight) {
     PlanarReceiver receiver = planar_receiver_at(index);
     CellImage image = image_of(surface, cell, rays_of(surface, cell, light, eta), light, receiver);
     if (!image.is_lit || misses(image, receiver)) return 0;
     float patch_share = shares[index].patch_share;
-    float share = dot(image.flux, vec3(1.0 / 3.0)) / max(shares[index].flux, 1e-30);
+    // The receiver's flux has no more of the image's than the part that falls on it, as far as corners are lit.
+    float share = min(dot(image.flux, vec3(1.0 / 3.0)) / max(shares[index].flux, 1e-30), 1.0);
     float longest = longest_side(image);
     float height = height_of(image);
     float blur = blur_side(image);
-    float n = image_division(share, deviation_of(image), height, blur, patch_share);
+    float n = image_division(share, is_straight ? 0.0 : deviation_of(image), height, blur, patch_share);
     // Rays from every triangle of a mixed patch.
     if (is_mixed && !is_blocked) n = max(n, mixed_division(share, longest, blur, exposed, patch_share));
     // Where perspective is strong, it is not affine over a piece.
@@ -80,6 +81,7 @@ void main() {
     Surface surface = surface_toward(place.facet.triangle, light);
     ivec3 at = lattice_cell(place.index, place.division);
     Cell cell = cell_of(facet_cell(place.facet), place.index, place.division);
+    bool is_straight = deviation_of_part(1.0, float(place.division), place.facet.along) == 0.0;
     uint count = push.lobes * push.receiver_count;
     for (uint target = 0; target < count; target++) patch_splats[patch_index * count + target] = 0;
     uint splats = 0;
@@ -108,7 +110,7 @@ void main() {
         // The lit part of the disc lands beside the middle of its image.
         if (is_mixed && push.error > 0.0 && blur > MIXED_BLUR) pieces = max(pieces, 4);
         if (is_blocked) pieces = 1; // rare light, for which one pair of rays has to do
-        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, is_blocked, exposed, pieces);
+        uint found = triangles_for(surface, cell, light, target / push.lobes, target % push.lobes == 0 ? 0.0 : surface.eta, is_mixed, is_blocked, exposed, pieces, is_straight);
         patch_splats[patch_index * count + target] = found;
         splats += splats_of(found);
     }

@@ -52,7 +52,7 @@ void main() {
         targets = visibility[index * words];
         light_index = index / push.corner_count;
         quadrant = index % push.corner_count * 2654435769u >> 30;
-        FacetCorner corner = facet_corners[index % push.corner_count];
+        FacetCorner corner = facet_corners[push.first_corner + index % push.corner_count];
         triangle = corner.triangle;
         st = vec2(corner.s, corner.t);
     } else {
@@ -68,7 +68,7 @@ void main() {
         uvec2 place = lattice_place(point - patch_numbers[pair].y, n);
         // The facet's own corners are listed with the other facets' corners.
         if (place.x == n || place.y == n || place.x + place.y == 0) return;
-        Facet facet = facet_at(pair % push.facet_count);
+        Facet facet = facet_at(push.first_facet + pair % push.facet_count);
         light_index = pair / push.facet_count;
         quadrant = place.x + 2 * place.y & 3u;
         triangle = facet.triangle;

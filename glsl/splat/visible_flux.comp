@@ -17,7 +17,7 @@ const float HIDDEN = 0.125;
 void main() {
     uint pair = thread_index();
     if (pair >= push.facet_count * push.light_count) return;
-    Facet facet = facet_at(pair % push.facet_count);
+    Facet facet = facet_at(push.first_facet + pair % push.facet_count);
     for (uint receiver = 0; receiver < push.receiver_count; receiver++) {
         uint lit = 0;
         uint blocked = 0;

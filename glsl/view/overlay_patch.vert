@@ -14,6 +14,7 @@ layout(location = 0) out vec3 inside;       // barycentric coordinates
 layout(location = 1) out flat vec4 color;
 
 #include "overlay.glsl"
+#include "merged.glsl"
 #include "triangle_lattice.glsl"
 #include "patch_splats.glsl"
 #include "search.glsl"
@@ -41,5 +42,6 @@ void main() {
         if (is_mixed_of(packed)) color = MIXED;
         else if (color == DARK) color = LIT;
     }
-    gl_Position = gl_VertexIndex / 3 < total ? seen_over(triangle.position + st.x * triangle.edge1 + st.y * triangle.edge2) : NOWHERE;
+    vec3 x = triangle.position + st.x * triangle.edge1 + st.y * triangle.edge2 + bulge_at(bulges_of(triangle), st);
+    gl_Position = gl_VertexIndex / 3 < total ? seen_over(x) : NOWHERE;
 }

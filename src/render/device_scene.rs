@@ -12,13 +12,13 @@ use crate::render::environment::device::DeviceEnvironment;
 use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::constants::{
     DISPERSING, ID_AREA_BY_PRODUCT, ID_BEAMS, ID_DISPERSES, ID_HAS_ATLAS, ID_HAS_ENVIRONMENT,
-    ID_HAS_LAMPS, ID_HAS_POINTS, ID_HAS_TEXTURES, ID_ONLY_MIRRORS, SOLID,
+    ID_HAS_LAMPS, ID_HAS_MERGED, ID_HAS_POINTS, ID_HAS_TEXTURES, ID_ONLY_MIRRORS, SOLID,
 };
 use crate::render::gpu_types::{Object as DeviceObject, Profile};
 use crate::render::lights::{DeviceLights, EnvironmentLight, LightGroup, Source, pack};
 use crate::render::materials::objects;
 use crate::render::patches::casters::DeviceCasters;
-use crate::render::patches::facets::{DeviceFacets, FIRST_BUDGET};
+use crate::render::patches::facets::{DeviceFacets, FIRST_BUDGET, least_pieces};
 use crate::render::receivers::light_maps::DeviceReceivers;
 use crate::render::receivers::mesh::atlases;
 use crate::render::receivers::surfaces::DeviceSurfaces;
@@ -77,13 +77,14 @@ impl DeviceScene {
     pub fn new(context: &Arc<Context>, scene: &Scene, settings: &Settings) -> Result<Self> {
         let mut staging = Staging::new(context, settings.frames_in_flight);
         let atlases = atlases(scene)?;
-        let geometry = DeviceGeometry::new(context, scene, &atlases)?;
+        let least_pieces = least_pieces(settings);
+        let geometry = DeviceGeometry::new(context, scene, &atlases, least_pieces)?;
         let receivers = DeviceReceivers::new(context, scene, atlases)?;
         let surfaces = DeviceSurfaces::new(context, scene, &receivers, &geometry.store)?;
         let environment = DeviceEnvironment::new(context, &mut staging, scene)?;
         let all_lit = environment.casts_caustics && settings.method == Method::Pinhole;
         let casters = DeviceCasters::new(context, scene, &geometry.store, all_lit)?;
-        let facets = DeviceFacets::new(context, &mut staging, scene, &geometry.store, settings)?;
+        let facets = DeviceFacets::new(context, &mut staging, scene, &geometry, settings)?;
         let lights = DeviceLights::new(context, scene)?;
         let lattices = DeviceLattices::new(context, scene, &lights.rings, settings)?;
         let textures = DeviceTextures::new(context, &mut staging, scene)?;
@@ -135,10 +136,11 @@ impl DeviceScene {
             .filter(|&i| is_stale || !same_geometry(&self.scene.objects[i], &scene.objects[i]))
             .collect();
         let is_rebuilt = self.geometry.update(staging, scene, &moved)?;
-        let store = &self.geometry.store;
         if is_rebuilt {
-            self.facets.renumber(staging, scene, store)?;
+            self.facets.renumber(staging, scene, &self.geometry)?;
         }
+        self.facets.choose(&self.geometry, self.settings.error);
+        let store = &self.geometry.store;
         let meshes = self.receivers.mesh_tiles();
         let meshes_moved = is_rebuilt || meshes.iter().any(|tile| moved.contains(&tile.object));
         self.receivers.update(staging, scene, store, meshes_moved)?;
@@ -170,7 +172,7 @@ impl DeviceScene {
         staging.write(&self.objects, 0, &objects)?;
 
         let mut lights = pack(scene, store.origin);
-        let images = u64::from(self.facets.facet_count) * u64::from(receivers.planar_count);
+        let images = u64::from(self.facets.most()[0]) * u64::from(receivers.planar_count);
         let rings = (self.lights).divided(scene, store, &lights, images, &self.settings);
         let is_divided_anew = rings != self.lights.rings;
         if is_divided_anew {
@@ -216,6 +218,12 @@ impl DeviceScene {
             true => Ok(Change::Stages),
             false => Ok(Change::Content),
         }
+    }
+
+    /// Sets the error that the next frame aims for, by which triangles are merged.
+    pub fn set_error(&mut self, error: f32) {
+        self.settings.error = Some(error);
+        self.facets.choose(&self.geometry, Some(error));
     }
 
     /// Whether diffuse surfaces get the same direct light of the environment in `scene` as in the one on the device.
@@ -274,6 +282,7 @@ impl DeviceScene {
             (ID_HAS_POINTS, self.surfaces.drawn_counts[2] > 0),
             (ID_HAS_TEXTURES, self.textures.is_present),
             (ID_DISPERSES, self.spectrum.coordinate.is_some()),
+            (ID_HAS_MERGED, self.geometry.merging.set_count() > 1),
         ] {
             constants[id as usize] = value;
         }

@@ -180,7 +180,7 @@ fn sources<'a>(
             known.splats = Some(0);
             if let Some(of) = triangles {
                 let corners = match scene.geometry.can_occlude && of.traces_corners {
-                    true => scene.facets.corner_count * scene.lights.part_count,
+                    true => scene.facets.corners()[1] * scene.lights.part_count,
                     false => 0,
                 };
                 let words = ARGUMENT_WORDS as usize;

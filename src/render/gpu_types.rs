@@ -90,7 +90,7 @@ mirrors! {
     }
     Facet {
         triangle: u32, place: u32, corner0: u32, corner1: u32,
-        corner2: u32, exposed: f32, unused0: u32, unused1: u32,
+        corner2: u32, exposed: f32, along: u32, unused: u32,
     }
     FacetCorner { triangle: u32, s: f32, t: f32, }
     FacetPatches { division: u32, targets: u32, }
@@ -129,7 +129,7 @@ mirrors! {
         facet_count: u32, corner_count: u32, light_count: u32,
         receiver_count: u32, lobes: u32, can_occlude: u32, division: u32,
         error: f32, patch_share: f32, patch_budget: u32, is_lattice: u32, first_splat: u32,
-        has_chains: u32,
+        has_chains: u32, merging_error: f32, first_facet: u32, first_corner: u32,
     }
     ChainPush {
         is_first: u32, lattice_count: u32, pilot_count: u32, receiver_count: u32, mesh_count: u32,
@@ -170,7 +170,7 @@ mirrors! {
     }
     OverlayPush {
         eye: Vec3, near: f32, right: Vec3, facet_count: u32, up: Vec3, light_count: u32, forward: Vec3, corner_count: u32,
-        size: Vec2, receiver_count: u32, lobes: u32, white: f32, shown: u32, first: u32, is_sun: u32, every: u32,
+        size: Vec2, receiver_count: u32, lobes: u32, white: f32, shown: u32, first: u32, is_sun: u32, every: u32, first_facet: u32,
     }
     ViewPush {
         eye: Vec3, light_count: u32, right: Vec3, rotation: f32, up: Vec3, side: u32, forward: Vec3, capacity: u32,

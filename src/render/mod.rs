@@ -452,6 +452,7 @@ impl Renderer {
             self.is_current &= self.settings.error == Some(error);
             self.settings.error = Some(error);
             self.caustic.set_error(error);
+            self.scene.set_error(error);
         }
     }
 

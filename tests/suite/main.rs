@@ -30,6 +30,7 @@ mod gpu;
 mod grazing;
 mod lamp;
 mod light_map_sizes;
+mod merging;
 mod mesh_input;
 mod mesh_receivers;
 mod motion;

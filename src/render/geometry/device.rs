@@ -5,6 +5,7 @@ use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::occlusion::{MAX_PAIRS_IN_A_FRAME, can_occlude};
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{Normals, Triangle};
+use crate::render::patches::merging::Merging;
 use crate::scene::{Atlas, Mesh, Scene};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -14,6 +15,8 @@ const MAX_PAIRS: usize = 200_000_000;
 
 pub struct DeviceGeometry {
     pub store: TriangleStore,
+    /// Its triangles are behind those of `store`.
+    pub merging: Merging,
     pub triangles: Buffer,
     pub normals: Buffer,
     pub nodes: Buffer,
@@ -24,22 +27,38 @@ pub struct DeviceGeometry {
 }
 
 impl DeviceGeometry {
-    /// `atlases` are the atlases of the mesh receivers, indexed by object.
+    /// `atlases` are the atlases of the mesh receivers, indexed by object. Triangles of casters are merged down to `least_pieces`, if
+    /// at all.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] where there are more triangles than a buffer holds, [`crate::Error::Device`] if device
     /// memory is insufficient.
-    pub fn new(context: &Arc<Context>, scene: &Scene, atlases: &[Option<Atlas>]) -> Result<Self> {
+    pub fn new(
+        context: &Arc<Context>,
+        scene: &Scene,
+        atlases: &[Option<Atlas>],
+        least_pieces: Option<usize>,
+    ) -> Result<Self> {
         let meshes = meshes(scene);
-        let store = TriangleStore::new(scene, &meshes, atlases, context.max_storage_bytes())?;
+        let max_bytes = context.max_storage_bytes();
+        let store = TriangleStore::new(scene, &meshes, atlases, max_bytes)?;
+        let count = store.triangles.len();
+        let merging = least_pieces
+            .map(|least| Merging::new(scene, &meshes, store.origin, count, least))
+            .filter(|merging| {
+                ((count + merging.triangles.len()) * size_of::<Triangle>()) as u64 <= max_bytes
+            })
+            .unwrap_or_default();
         let buffer = |name, element: usize| {
-            Buffer::new(context, name, (store.triangles.len() * element) as u64)
+            let count = count + merging.triangles.len();
+            Buffer::new(context, name, (count * element) as u64)
         };
         Ok(Self {
             triangles: buffer("triangles", size_of::<Triangle>())?,
             normals: buffer("normals", size_of::<Normals>())?,
             nodes: Buffer::new(context, "nodes", store.max_node_bytes())?,
             can_occlude: can_occlude(scene, &meshes, MAX_PAIRS),
+            merging,
             store,
             is_written: false,
         })
@@ -62,7 +81,9 @@ impl DeviceGeometry {
         let store = &mut self.store;
         let is_rebuilt = if self.is_written {
             for &object in moved {
-                store.set_mesh(object, &scene.objects[object].geometry.mesh());
+                let mesh = scene.objects[object].geometry.mesh();
+                store.set_mesh(object, &mesh);
+                self.merging.set_mesh(object, &mesh);
             }
             if !self.can_occlude {
                 self.can_occlude = can_occlude(scene, &meshes(scene), MAX_PAIRS_IN_A_FRAME);
@@ -86,8 +107,25 @@ impl DeviceGeometry {
         )?;
         staging.write(&self.normals, range.start, &store.normals[range])?;
         staging.write(&self.nodes, 0, &store.nodes())?;
+        if !self.is_written || moved.iter().any(|&object| self.merging.has(object)) {
+            let first = store.triangles.len();
+            staging.write(&self.triangles, first, &self.merging.triangles)?;
+            staging.write(&self.normals, first, &self.merging.normals)?;
+        }
         self.is_written = true;
         Ok(is_rebuilt)
+    }
+}
+
+impl DeviceGeometry {
+    /// A triangle of the device's list.
+    pub fn triangle(&self, index: u32) -> &Triangle {
+        let of_scene = &self.store.triangles;
+        let merged = (index as usize).checked_sub(of_scene.len());
+        merged.map_or_else(
+            || &of_scene[index as usize],
+            |place| &self.merging.triangles[place],
+        )
     }
 }
 

@@ -3,9 +3,10 @@
 
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
-use crate::render::geometry::triangle_store::TriangleStore;
+use crate::render::geometry::device::DeviceGeometry;
 use crate::render::gpu_types::constants::FACET_DIVISION_SHIFT;
 use crate::render::gpu_types::{Facet, FacetCorner, Triangle};
+use crate::render::patches::subdivision::{Kind, Piece};
 use crate::render::settings::{Method, Settings};
 use crate::scene::{Mesh, Scene, same_vertices};
 use std::collections::HashMap;
@@ -22,18 +23,31 @@ pub const MAX_BUDGET: u32 = 1 << 20;
 /// Largest number of facets along an edge of a triangle.
 const MAX_SIZE: u32 = 64;
 
+/// Part of the error to aim for that merged triangles may have. Errors of patches are elsewhere: there, seven eighths are left.
+const PART_OF_MERGING: f64 = 0.5;
+
 pub struct DeviceFacets {
     pub facets: Buffer,
     pub corners: Buffer,
-    pub facet_count: u32,
-    pub corner_count: u32,
+    /// From that of all triangles to that of the largest merged ones.
+    sets: Vec<FacetSet>,
+    /// The one that frames use.
+    chosen: usize,
+}
+
+/// Facets and corners of a set of pieces of the casters; see merging.rs.
+struct FacetSet {
+    first_facet: u32,
+    facet_count: u32,
+    first_corner: u32,
+    corner_count: u32,
     /// Number of facets of triangles with sides at which the surface ends or bends.
-    pub outline_count: u32,
-    /// By triangle of the casters, in the scene's order.
+    outline_count: u32,
+    /// By piece of the casters, in the scene's order.
     divisions: Vec<Division>,
 }
 
-/// How a triangle is divided.
+/// How a piece is divided.
 struct Division {
     /// Number of facets along an edge.
     size: u32,
@@ -50,18 +64,29 @@ impl DeviceFacets {
         context: &Arc<Context>,
         staging: &mut Staging,
         scene: &Scene,
-        store: &TriangleStore,
+        geometry: &DeviceGeometry,
         settings: &Settings,
     ) -> Result<Self> {
-        let divisions = divisions(scene, store, settings);
-        let (facets, corners) = facets(scene, store, &divisions);
+        let (mut facets, mut corners, mut sets) = (Vec::new(), Vec::new(), Vec::new());
+        for set in 0..geometry.merging.set_count() {
+            let divisions = divisions(scene, geometry, set, settings);
+            let (of_set, corners_of_set) = facets_of(scene, geometry, set, &divisions);
+            sets.push(FacetSet {
+                first_facet: facets.len() as u32,
+                facet_count: of_set.len() as u32,
+                first_corner: corners.len() as u32,
+                corner_count: corners_of_set.len() as u32,
+                outline_count: of_set.iter().filter(|facet| facet.exposed > 0.0).count() as u32,
+                divisions,
+            });
+            facets.extend(of_set);
+            corners.extend(corners_of_set);
+        }
         let device = Self {
             facets: Buffer::new(context, "facets", size_of_val(&*facets) as u64)?,
             corners: Buffer::new(context, "facet corners", size_of_val(&*corners) as u64)?,
-            facet_count: facets.len() as u32,
-            corner_count: corners.len() as u32,
-            outline_count: facets.iter().filter(|facet| facet.exposed > 0.0).count() as u32,
-            divisions,
+            sets,
+            chosen: 0,
         };
         staging.write(&device.facets, 0, &facets)?;
         staging.write(&device.corners, 0, &corners)?;
@@ -76,28 +101,107 @@ impl DeviceFacets {
         &self,
         staging: &mut Staging,
         scene: &Scene,
-        store: &TriangleStore,
+        geometry: &DeviceGeometry,
     ) -> Result<()> {
-        let (facets, corners) = facets(scene, store, &self.divisions);
-        staging.write(&self.facets, 0, &facets)?;
-        staging.write(&self.corners, 0, &corners)
+        for (set, of) in self.sets.iter().enumerate() {
+            let (facets, corners) = facets_of(scene, geometry, set, &of.divisions);
+            staging.write(&self.facets, of.first_facet as usize, &facets)?;
+            staging.write(&self.corners, of.first_corner as usize, &corners)?;
+        }
+        Ok(())
+    }
+
+    /// Chooses the largest pieces whose error is at most [`PART_OF_MERGING`] of the one to aim for. Without one, triangles are not
+    /// merged.
+    pub fn choose(&mut self, geometry: &DeviceGeometry, error: Option<f32>) {
+        let limit = PART_OF_MERGING * f64::from(error.unwrap_or(0.0));
+        let fits = |set: &usize| geometry.merging.error(*set) <= limit;
+        self.chosen = (1..self.sets.len()).rev().find(fits).unwrap_or(0);
+    }
+
+    /// Expected relative L1 error of the chosen pieces.
+    pub fn merging_error(&self, geometry: &DeviceGeometry) -> f64 {
+        geometry.merging.error(self.chosen)
+    }
+
+    /// First of the chosen facets, and their number.
+    pub fn facets(&self) -> [u32; 2] {
+        let set = &self.sets[self.chosen];
+        [set.first_facet, set.facet_count]
+    }
+
+    /// First corner of the chosen facets, and the number of corners.
+    pub fn corners(&self) -> [u32; 2] {
+        let set = &self.sets[self.chosen];
+        [set.first_corner, set.corner_count]
+    }
+
+    /// Largest number of facets, of their corners, and of facets with an outline that a frame may have.
+    pub fn most(&self) -> [u32; 3] {
+        let sets = self.sets.iter();
+        let counts = sets.map(|set| [set.facet_count, set.corner_count, set.outline_count]);
+        counts.fold([0; 3], |most, of| [0, 1, 2].map(|i| most[i].max(of[i])))
     }
 }
 
-fn divisions(scene: &Scene, store: &TriangleStore, settings: &Settings) -> Vec<Division> {
-    let triangles = |object| {
-        let places = store.indices(object).iter();
-        places.map(|&place| &store.triangles[place as usize])
-    };
-    let area: f64 = (scene.specular_objects())
-        .flat_map(|(object, _)| triangles(object))
-        .map(|triangle| f64::from(triangle.area()))
-        .sum();
-    // The method beams has patches of one size.
-    let min_facets = match settings.method {
+/// A piece of a caster: vertices of its mesh, the triangle on the device, and the number of triangles of the mesh along an edge.
+struct DevicePiece {
+    corners: [u32; 3],
+    triangle: u32,
+    along: u32,
+}
+
+/// The pieces of an object in a set.
+fn pieces(mesh: &Mesh, geometry: &DeviceGeometry, object: usize, set: usize) -> Vec<DevicePiece> {
+    let indices = geometry.store.indices(object);
+    match geometry.merging.pieces(object, set) {
+        None => (mesh.triangles.iter().zip(indices))
+            .map(|(&corners, &triangle)| DevicePiece {
+                corners,
+                triangle,
+                along: 1,
+            })
+            .collect(),
+        Some(pieces) => pieces
+            .map(|(Piece { corners, kind }, index)| DevicePiece {
+                corners,
+                triangle: match kind {
+                    Kind::Triangle(number) => indices[number as usize],
+                    Kind::Merged { .. } => index,
+                },
+                along: kind.along(),
+            })
+            .collect(),
+    }
+}
+
+/// Facets of the casters for these settings, at least.
+fn min_facets(settings: &Settings) -> f64 {
+    match settings.method {
+        // It has patches of one size.
         Method::Beams => 0.0,
         _ => (FACETS_PER_SAMPLE * f64::from(settings.samples)).min(MAX_FACETS),
-    };
+    }
+}
+
+/// Fewest pieces that triangles are merged into. `None`: they are not merged.
+pub fn least_pieces(settings: &Settings) -> Option<usize> {
+    let is_merged = settings.method == Method::Footprint && settings.error.is_some();
+    is_merged.then(|| min_facets(settings) as usize)
+}
+
+fn divisions(
+    scene: &Scene,
+    geometry: &DeviceGeometry,
+    set: usize,
+    settings: &Settings,
+) -> Vec<Division> {
+    let store = &geometry.store;
+    let area: f64 = (scene.specular_objects())
+        .flat_map(|(object, _)| store.indices(object))
+        .map(|&place| f64::from(store.triangles[place as usize].area()))
+        .sum();
+    let min_facets = min_facets(settings);
     let division = |(triangle, exposed): (&Triangle, [bool; 3])| {
         let (along, up) = (triangle.edge1, triangle.edge2);
         let sides = [along.length(), up.distance(along), up.length()];
@@ -113,16 +217,20 @@ fn divisions(scene: &Scene, store: &TriangleStore, settings: &Settings) -> Vec<D
     };
     (scene.specular_objects())
         .flat_map(|(index, object)| {
-            triangles(index)
-                .zip(exposed_edges(&object.geometry.mesh()))
-                .map(division)
+            let mesh = object.geometry.mesh();
+            let pieces = pieces(&mesh, geometry, index, set);
+            let corners: Vec<[u32; 3]> = pieces.iter().map(|piece| piece.corners).collect();
+            let exposed = exposed_edges(&mesh, &corners);
+            let triangles = (pieces.into_iter()).map(|piece| geometry.triangle(piece.triangle));
+            triangles.zip(exposed).map(division).collect::<Vec<_>>()
         })
         .collect()
 }
 
-fn facets(
+fn facets_of(
     scene: &Scene,
-    store: &TriangleStore,
+    geometry: &DeviceGeometry,
+    set: usize,
     divisions: &[Division],
 ) -> (Vec<Facet>, Vec<FacetCorner>) {
     let (mut facets, mut corners) = (Vec::new(), Vec::new());
@@ -131,9 +239,18 @@ fn facets(
         let mesh = object.geometry.mesh();
         // The corner of each vertex of the mesh, where facets share it.
         let mut of_vertex = vec![u32::MAX; mesh.positions.len()];
-        let triangles = mesh.triangles.iter().zip(store.indices(index));
-        for ((vertices, &triangle), division) in triangles.zip(&mut divisions) {
+        let pieces = pieces(&mesh, geometry, index, set);
+        for (piece, division) in pieces.into_iter().zip(&mut divisions) {
+            let DevicePiece {
+                corners: vertices,
+                triangle,
+                along,
+            } = piece;
             let &Division { size, exposed } = division;
+            let along = match along {
+                1 => 0,
+                _ => along.div_ceil(size).max(2),
+            };
             let mut of_point = HashMap::new();
             let mut corner = |i: u32, j: u32| {
                 let vertex = match (i, j) {
@@ -169,6 +286,7 @@ fn facets(
                         corner1,
                         corner2,
                         exposed,
+                        along,
                         ..Default::default()
                     });
                     part += 1;
@@ -179,9 +297,9 @@ fn facets(
     (facets, corners)
 }
 
-/// For the sides 01, 12 and 20 of each triangle, whether the surface ends or bends there: no other triangle has the side with the
+/// For the sides 01, 12 and 20 of each of these triangles, whether the surface ends or bends there: no other one has the side with the
 /// same normals.
-fn exposed_edges(mesh: &Mesh) -> Vec<[bool; 3]> {
+fn exposed_edges(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<[bool; 3]> {
     let same = same_vertices(mesh);
     let sides = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|corner| same[corner as usize]);
@@ -189,7 +307,7 @@ fn exposed_edges(mesh: &Mesh) -> Vec<[bool; 3]> {
     };
     // Where the sides from each vertex lead to, in order: a list of lists. A set of sides would take ten times as long.
     let mut starts = vec![0; mesh.positions.len() + 1];
-    let directed = || mesh.triangles.iter().flat_map(sides);
+    let directed = || triangles.iter().flat_map(sides);
     directed().for_each(|[from, _]| starts[from as usize + 1] += 1);
     for vertex in 1..starts.len() {
         starts[vertex] += starts[vertex - 1];
@@ -208,7 +326,7 @@ fn exposed_edges(mesh: &Mesh) -> Vec<[bool; 3]> {
         let list = starts[to as usize]..starts[to as usize + 1];
         ends[list].binary_search(&from).is_err()
     };
-    (mesh.triangles.iter())
+    (triangles.iter())
         .map(|corners| sides(corners).map(is_exposed))
         .collect()
 }
@@ -230,10 +348,10 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]],
         };
         let expected = [[true, true, false], [false, true, true], [true; 3]];
-        assert_eq!(exposed_edges(&mesh), expected);
+        assert_eq!(exposed_edges(&mesh, &mesh.triangles), expected);
         // So it does where normals are interpolated: the diagonal is hidden if both triangles have the same there.
         let normals = vec![x, y, z, z, x, y, z];
         let smooth = Mesh { normals, ..mesh };
-        assert_eq!(exposed_edges(&smooth), expected);
+        assert_eq!(exposed_edges(&smooth, &smooth.triangles), expected);
     }
 }

@@ -83,7 +83,8 @@ impl Triangles {
     /// [`crate::Error::Device`] where the device fails.
     pub fn dark_facets(&self, scene: &DeviceScene) -> Result<(usize, usize)> {
         let lights = (scene.group(Source::Suns)).map_or(0, |group| group.light_count);
-        let pairs = (scene.facets.facet_count * lights) as usize;
+        let [_, facet_count] = scene.facets.facets();
+        let pairs = (facet_count * lights) as usize;
         let patches = self.facet_patches.read::<FacetPatches>(pairs)?;
         let dark = patches.iter().filter(|of| of.targets == 0).count();
         Ok((dark, pairs))

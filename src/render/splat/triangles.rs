@@ -16,7 +16,7 @@ use crate::render::gpu_types::constants::{
 use crate::render::gpu_types::{
     FacetImage, FacetPatches, FacetPush, ReceiverShare, TotalPush, TriangleSplat,
 };
-use crate::render::settings::{Method, Settings};
+use crate::render::settings::{EXPECTED_ERROR, Method, Settings};
 use crate::render::splat::prefix_sums::PrefixSums;
 use crate::render::splat::quads::{self, draw_push};
 use crate::render::splat::resolve::Levels;
@@ -123,7 +123,8 @@ impl Triangles {
         let receivers = u64::from(scene.receivers.planar_count);
         let targets = u64::from(scene.planar_targets());
         let lights = u64::from(scene.lights.part_count);
-        let pairs = u64::from(facets.facet_count) * lights;
+        let [facet_count, corner_count, outline_count] = facets.most();
+        let pairs = u64::from(facet_count) * lights;
         let limit = u64::from(u32::MAX / SPLAT_GROUP);
         let aim = Aim::new(
             settings,
@@ -133,7 +134,7 @@ impl Triangles {
             pairs.min(limit) as u32,
         );
         let patches = pairs + u64::from(aim.patch_budget);
-        let points = lights * u64::from(facets.corner_count) + patches * 3 / 2;
+        let points = lights * u64::from(corner_count) + patches * 3 / 2;
         if patches.max(points) > limit {
             return Err(Error::Usage {
                 reason: format!(
@@ -146,7 +147,7 @@ impl Triangles {
         let of_shares = f64::from(MAX_TRIANGLES_PER_PATCH) * SHARES_PER_PATCH * patches as f64;
         // Outlines take a triangle for each piece of the light's disc.
         let of_pieces = match settings.error {
-            Some(_) => lights * u64::from(facets.outline_count * (MAX_PIECES - 1)),
+            Some(_) => lights * u64::from(outline_count * (MAX_PIECES - 1)),
             None => 0,
         };
         let splats = 2 * ((patches + of_pieces) * targets.min(4) + of_shares as u64);
@@ -254,9 +255,11 @@ impl Triangles {
     }
 
     fn push(&self, scene: &DeviceScene, first_splat: u32) -> FacetPush {
+        let [first_facet, facet_count] = scene.facets.facets();
+        let [first_corner, corner_count] = scene.facets.corners();
         FacetPush {
-            facet_count: scene.facets.facet_count,
-            corner_count: scene.facets.corner_count,
+            facet_count,
+            corner_count,
             light_count: scene.lights.part_count,
             receiver_count: scene.receivers.planar_count,
             lobes: scene.casters.lobes,
@@ -268,6 +271,9 @@ impl Triangles {
             is_lattice: 0,
             first_splat,
             has_chains: u32::from(self.has_chains),
+            merging_error: scene.facets.merging_error(&scene.geometry) as f32 / EXPECTED_ERROR,
+            first_facet,
+            first_corner,
         }
     }
 
@@ -342,7 +348,8 @@ impl Triangles {
     /// Traces rays from the corners of the facets.
     pub fn record_trace_facets(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let push = self.push(scene, 0);
-        let corners = scene.facets.corner_count * scene.lights.part_count;
+        let [_, corner_count] = scene.facets.corners();
+        let corners = corner_count * scene.lights.part_count;
         recorder.dispatch(&self.trace_corners, &push, threads(corners));
     }
 
@@ -401,5 +408,6 @@ impl Triangles {
 }
 
 fn pairs(scene: &DeviceScene) -> u32 {
-    scene.facets.facet_count * scene.lights.part_count
+    let [_, facet_count] = scene.facets.facets();
+    facet_count * scene.lights.part_count
 }

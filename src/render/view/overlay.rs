@@ -405,15 +405,17 @@ impl Overlays {
                 0
             }
         };
+        let [first_facet, facet_count] = scene.facets.facets();
+        let [_, corner_count] = scene.facets.corners();
         OverlayPush {
             eye,
             near,
             right,
-            facet_count: scene.facets.facet_count,
+            facet_count,
             up,
             light_count: scene.lights.part_count,
             forward,
-            corner_count: scene.facets.corner_count,
+            corner_count,
             size,
             receiver_count: scene.receivers.planar_count,
             lobes: scene.casters.lobes,
@@ -423,6 +425,7 @@ impl Overlays {
             first: 0,
             is_sun: 0,
             every: 1,
+            first_facet,
         }
     }
 }
