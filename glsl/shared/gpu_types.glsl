@@ -12,9 +12,9 @@ struct Triangle {
     vec3 position;   // first corner
     uint object;
     vec3 edge1;      // second corner - first
-    uint flags;      // OCCLUDES, OCCLUDES_ENVIRONMENT: casts shadows; IS_MESH_RECEIVER: belongs to a mesh receiver
+    uint flags;      // OCCLUDES, OCCLUDES_ENVIRONMENT: casts shadows; IS_MESH_RECEIVER: belongs to a mesh receiver; MERGED
     vec3 edge2;      // third corner - first
-    uint twin;       // rect: index of its other triangle; mesh: index of this triangle
+    uint twin;       // rect: index of its other triangle; mesh: index of this triangle; merged: see MERGED
 };
 
 // Unit vertex normals of the triangle with the same index. On a mesh receiver also the corners' texture coordinates on
