@@ -227,6 +227,14 @@ pub fn method(method: Method, samples: u32) -> Settings {
     }
 }
 
+/// Settings of `footprint` with this error to aim for.
+pub fn aiming_for(error: f32) -> Settings {
+    Settings {
+        error: Some(error),
+        ..Settings::default()
+    }
+}
+
 /// The error of what is tested stays within the bound, and the error of its perturbed twin, found
 /// in the same way, does not. Prints both, for `--nocapture`.
 pub fn assert_error(what: &str, bound: f64, error: f64, perturbed: f64) {

@@ -1,8 +1,8 @@
 //! The error that is aimed for, estimated and found, on meshes that are irregular.
 
 use crate::common::{
-    Device, assert_error, load, load_with_chains, method, moved, nephroid, only_receiver, options,
-    scaled, scene_path,
+    Device, aiming_for, assert_error, load, load_with_chains, method, moved, nephroid,
+    only_receiver, options, scaled, scene_path,
 };
 use approx::relative_eq;
 use assert_cmd::assert::Assert;
@@ -39,13 +39,6 @@ fn only_floor(mut scene: Scene, receiver: &str, texels: [u32; 2]) -> Scene {
     }
     scene.objects[index].name = "floor".into();
     only_receiver(scene, "floor", texels)
-}
-
-fn aiming_for(error: f32) -> Settings {
-    Settings {
-        error: Some(error),
-        ..Settings::default()
-    }
 }
 
 /// Estimate over error.

@@ -1,8 +1,7 @@
 //! Merged triangles of smooth casters.
 
-use crate::common::{Device, bits, l1, load, only_receiver};
+use crate::common::{Device, aiming_for, bits, l1, load, only_receiver};
 use nephroid::measure;
-use nephroid::render::Settings;
 use nephroid::scene::{Geometry, Scene};
 use std::sync::Arc;
 
@@ -11,13 +10,6 @@ const TEXELS: [u32; 2] = [128, 128];
 /// Waves that are finer than large errors need: 32 768 triangles, some of whose light goes past the floor.
 fn pool() -> Scene {
     only_receiver(load("pool.toml"), "floor", TEXELS)
-}
-
-fn aiming_for(error: f32) -> Settings {
-    Settings {
-        error: Some(error),
-        ..Settings::default()
-    }
 }
 
 /// With merged triangles, the map keeps its error and the light. The estimate is of that error.

@@ -68,8 +68,11 @@ impl DeviceFacets {
         settings: &Settings,
     ) -> Result<Self> {
         let (mut facets, mut corners, mut sets) = (Vec::new(), Vec::new(), Vec::new());
+        let same: Vec<Vec<u32>> = (scene.specular_objects())
+            .map(|(_, object)| same_vertices(&object.geometry.mesh()))
+            .collect();
         for set in 0..geometry.merging.set_count() {
-            let divisions = divisions(scene, geometry, set, settings);
+            let divisions = divisions(scene, &same, geometry, set, settings);
             let (of_set, corners_of_set) = facets_of(scene, geometry, set, &divisions);
             sets.push(FacetSet {
                 first_facet: facets.len() as u32,
@@ -190,8 +193,10 @@ pub fn least_pieces(settings: &Settings) -> Option<usize> {
     is_merged.then(|| min_facets(settings) as usize)
 }
 
+/// `same`: by caster, what [`same_vertices`] finds.
 fn divisions(
     scene: &Scene,
+    same: &[Vec<u32>],
     geometry: &DeviceGeometry,
     set: usize,
     settings: &Settings,
@@ -215,12 +220,12 @@ fn divisions(
             exposed: bends.sum::<f32>() / sides.iter().sum::<f32>().max(f32::MIN_POSITIVE),
         }
     };
-    (scene.specular_objects())
-        .flat_map(|(index, object)| {
+    (scene.specular_objects().zip(same))
+        .flat_map(|((index, object), same)| {
             let mesh = object.geometry.mesh();
             let pieces = pieces(&mesh, geometry, index, set);
             let corners: Vec<[u32; 3]> = pieces.iter().map(|piece| piece.corners).collect();
-            let exposed = exposed_edges(&mesh, &corners);
+            let exposed = exposed_edges(same, &corners);
             let triangles = (pieces.into_iter()).map(|piece| geometry.triangle(piece.triangle));
             triangles.zip(exposed).map(division).collect::<Vec<_>>()
         })
@@ -298,22 +303,21 @@ fn facets_of(
 }
 
 /// For the sides 01, 12 and 20 of each of these triangles, whether the surface ends or bends there: no other one has the side with the
-/// same normals.
-fn exposed_edges(mesh: &Mesh, triangles: &[[u32; 3]]) -> Vec<[bool; 3]> {
-    let same = same_vertices(mesh);
+/// same normals. `same` has the first vertex with the same position and normal as each.
+fn exposed_edges(same: &[u32], triangles: &[[u32; 3]]) -> Vec<[bool; 3]> {
     let sides = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|corner| same[corner as usize]);
         [[a, b], [b, c], [c, a]]
     };
     // Where the sides from each vertex lead to, in order: a list of lists. A set of sides would take ten times as long.
-    let mut starts = vec![0; mesh.positions.len() + 1];
+    let mut starts = vec![0; same.len() + 1];
     let directed = || triangles.iter().flat_map(sides);
     directed().for_each(|[from, _]| starts[from as usize + 1] += 1);
     for vertex in 1..starts.len() {
         starts[vertex] += starts[vertex - 1];
     }
     let mut next = starts.clone();
-    let mut ends = vec![0; starts[mesh.positions.len()]];
+    let mut ends = vec![0; starts[same.len()]];
     for [from, to] in directed() {
         ends[next[from as usize]] = to;
         next[from as usize] += 1;
@@ -348,10 +352,16 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]],
         };
         let expected = [[true, true, false], [false, true, true], [true; 3]];
-        assert_eq!(exposed_edges(&mesh, &mesh.triangles), expected);
+        assert_eq!(
+            exposed_edges(&same_vertices(&mesh), &mesh.triangles),
+            expected
+        );
         // So it does where normals are interpolated: the diagonal is hidden if both triangles have the same there.
         let normals = vec![x, y, z, z, x, y, z];
         let smooth = Mesh { normals, ..mesh };
-        assert_eq!(exposed_edges(&smooth, &smooth.triangles), expected);
+        assert_eq!(
+            exposed_edges(&same_vertices(&smooth), &smooth.triangles),
+            expected
+        );
     }
 }

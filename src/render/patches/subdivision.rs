@@ -73,7 +73,7 @@ pub fn levels(mesh: &Mesh, least: usize) -> Vec<Vec<Piece>> {
         let next: Vec<Piece> = (merged.iter().map(|(piece, _)| *piece))
             .chain(rest.map(|(piece, _)| *piece))
             .collect();
-        // More than a quarter that cannot be merged is not worth another set.
+        // Where more than a third cannot be merged, another set is not worth it.
         if next.len() < least || next.len() > pieces.len() / 2 {
             break;
         }
