@@ -101,21 +101,16 @@ PilotRay follow(ChainPath path, uint seed, float finest, out PilotEnd end) {
     return ray;
 }
 
-// To which extent, from 0 to 1, the rays to both sides of a pilot ray land beside it: their places are `beside` on the lattice, or their directions are
-// those of opposite pieces of the light.
-float agreement(ChainLattice lattice, vec2 place, vec2 beside, LightPiece piece, uint seed, float finest, PilotRay ray, PilotEnd end) {
-    vec3 places[2];
-    for (int i = 0; i < 2; i++) {
-        float side = i == 0 ? 1.0 : -1.0;
-        LightPiece of_side = piece;
-        of_side.centre *= side;
-        PilotEnd other_end;
-        PilotRay other = follow(ray_at(lattice, place + side * beside, uvec2(0), of_side), seed, finest, other_end);
-        if (other.interfaces != ray.interfaces || other.flux == 0.0 || other.receiver != ray.receiver) return 0.0;
-        places[i] = other_end.place;
-    }
-    float uneven = 0.5 * length(places[0] + places[1] - 2.0 * end.place);
-    return 1.0 - uneven / max(uneven, sqrt(12.0) * end.blur + 0.5 * distance(places[0], places[1]));
+// Rays of a cell: the pilot ray, and two pairs whose ends are to be at the same distances to both sides of its end.
+const int PILOT = 0;
+const int FIRST_BESIDE = 1;   // beside it in the refined lattice
+const int FIRST_OF_LIGHT = 3; // from opposite pieces of the light
+const int LAST_RAY = 4;
+
+// To which extent, from 0 to 1, the ends of a pair do not stand for what is between them.
+float unevenness(vec3 first, vec3 second, PilotEnd end) {
+    float uneven = 0.5 * length(first + second - 2.0 * end.place);
+    return uneven / max(uneven, sqrt(12.0) * end.blur + 0.5 * distance(first, second));
 }
 
 void main() {
@@ -126,22 +121,46 @@ void main() {
     uvec2 cell = column_and_row(lattice, index - lattice.first);
     vec2 place = shifted(lattice, vec2(cell) + WITHIN_CELL, uvec2(0));
     float finest = exp2(-float(lattice.refinements));
-    PilotEnd end;
-    PilotRay ray = follow(ray_at(lattice, place, uvec2(0), WHOLE_LIGHT), index, finest, end);
     // The rays beside it in the refined lattice. Where they take another way, or their ends are not evenly spaced, the footprint of the
     // ray stands for light that lands elsewhere. Along one axis for even cells, and along the other for odd ones.
     vec2 beside = (cell.y + index - lattice.first) % 2 == 0 ? vec2(finest, 0.0) : vec2(0.0, finest);
+    // The same for opposite sides of the disc of a sun or lamp, by turns. The cells of an environment are narrow enough.
+    vec2 of_light = cell.x % 2 == 0 ? vec2(DISC_RADIUS, 0.0) : vec2(0.0, DISC_RADIUS);
+    Light light = light_at(lattice.light);
+    int last = light.size > 0.0 && light.half_azimuth == 0.0 ? LAST_RAY : FIRST_OF_LIGHT - 1;
+    PilotRay ray;
+    PilotEnd end;
+    vec3 first;
     vec2 incoherent = vec2(0.0);
-    if (is_chain(ray) && ray.flux != 0.0) {
-        incoherent.x = 1.0 - agreement(lattice, place, beside, WHOLE_LIGHT, index, finest, ray, end);
-        // The same for opposite sides of the disc of a sun or lamp, by turns. The cells of an environment are narrow enough.
+    // One loop: a call for every kind of ray would make the shader three times as large.
+    for (int which = PILOT; which <= last; which++) {
+        bool opens_pair = which % 2 == 1;
+        float side = opens_pair ? 1.0 : -1.0;
+        vec2 at = place;
         LightPiece piece = WHOLE_LIGHT;
-        piece.centre = cell.x % 2 == 0 ? vec2(DISC_RADIUS, 0.0) : vec2(0.0, DISC_RADIUS);
-        Light light = light_at(lattice.light);
-        if (light.size > 0.0 && light.half_azimuth == 0.0) incoherent.y = 1.0 - agreement(lattice, place, vec2(0.0), piece, index, finest, ray, end);
-        // Where neighbouring directions are bent apart smoothly, the disc's image keeps its place and extent to second order.
-        incoherent.y *= incoherent.y;
+        if (which >= FIRST_OF_LIGHT) piece.centre = side * of_light;
+        else if (which >= FIRST_BESIDE) at += side * beside;
+        PilotEnd other_end;
+        PilotRay other = follow(ray_at(lattice, at, uvec2(0), piece), index, finest, other_end);
+        if (which == PILOT) {
+            ray = other;
+            end = other_end;
+            if (!is_chain(ray) || ray.flux == 0.0) break;
+            continue;
+        }
+        int pair = which < FIRST_OF_LIGHT ? 0 : 1;
+        bool agrees = other.interfaces == ray.interfaces && other.flux != 0.0 && other.receiver == ray.receiver;
+        if (!agrees) {
+            incoherent[pair] = 1.0;
+            if (opens_pair) which++;
+        } else if (opens_pair) {
+            first = other_end.place;
+        } else {
+            incoherent[pair] = unevenness(first, other_end.place, end);
+        }
     }
+    // Where neighbouring directions are bent apart smoothly, the disc's image keeps its place and extent to second order.
+    incoherent.y *= incoherent.y;
     ray.interfaces = pack_pilot(ray.interfaces, incoherent);
     pilot_rays[index] = ray;
 }

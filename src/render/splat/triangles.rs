@@ -318,8 +318,8 @@ impl Triangles {
     pub fn record_facet_error(&self, recorder: &mut Recorder, scene: &DeviceScene) {
         let push = self.push(scene, 0);
         let blocks = pairs(scene).div_ceil(SPLAT_GROUP);
-        let blocks = blocks * scene.receivers.planar_count;
-        recorder.dispatch(&self.facet_error, &push, threads(blocks));
+        let sums = blocks * scene.receivers.planar_count * SHARE_LEVELS;
+        recorder.dispatch(&self.facet_error, &push, threads(sums));
     }
 
     /// Chooses the patch share of every receiver.
