@@ -332,7 +332,7 @@ impl Session {
         if wants_picture {
             let sides = self.display.sides.iter_mut();
             for (side, technique) in sides.zip(self.state.compare.sides()) {
-                side.aim(technique, factor, scale);
+                side.aim(technique, factor);
                 side.fit(scale);
             }
             has_picture = self.update(&scene)?;

@@ -88,9 +88,8 @@ impl Side {
         }
     }
 
-    /// Has the next frame aim for what `technique` says, with this factor on the error, in a picture of this scale. Where its pixels are
-    /// larger, so is the error, unless a budget finds it.
-    pub fn aim(&mut self, technique: &Technique, factor: f32, scale: f32) {
+    /// Has the next frame aim for what `technique` says, with this factor on the error.
+    pub fn aim(&mut self, technique: &Technique, factor: f32) {
         let Some(mut error) = technique.error() else {
             self.budget = None;
             return;
@@ -104,10 +103,7 @@ impl Side {
                     error = budget.error();
                 }
             }
-            _ => {
-                self.budget = None;
-                error /= scale;
-            }
+            _ => self.budget = None,
         }
         self.renderer.set_error((error * factor).clamp(1e-4, 1.0));
     }
