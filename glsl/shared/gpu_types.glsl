@@ -319,12 +319,12 @@ struct FacetPatches {
 // A facet's image on a planar receiver, of both lobes.
 struct FacetImage {
     float flux;               // W
-    uint deviation_longest;   // two halves: largest distance of a midpoint from the straight side; longest side; texels; and HAS_SHADOW_EDGE
+    uint deviation_longest;   // two halves: largest distance of a midpoint from the straight side; longest side; texels; bit HAS_SHADOW_EDGE
     uint height_blur;         // two halves: height over that side; side of the blur's square; texels
     uint outline;             // two halves: height of the whole triangle's image, texels; Facet.exposed, or 0 for cells
 };
 
-// Bit of FacetImage.deviation_longest, the sign of a length: a lobe's light is blocked at some corners of the facet and not at others.
+// Sign bit of the first half of FacetImage.deviation_longest: a lobe's light is blocked at some corners of the facet and arrives from others.
 const uint HAS_SHADOW_EDGE = 1u << 15;
 
 // What a receiver's images are divided for.

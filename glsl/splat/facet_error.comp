@@ -16,7 +16,7 @@ layout(std430, binding = 3) writeonly buffer Errors { vec4 errors[]; };
 #include "blocks.glsl"
 
 void main() {
-    // A thread for every level: threads next to each other read the same facets, and lavapipe has one level to compile.
+    // A thread for every level: neighbouring threads read the same facets, and drivers do not unroll a loop over the levels.
     uint level = thread_index() % SHARE_LEVELS;
     uint block_and_receiver = thread_index() / SHARE_LEVELS;
     uint receiver = block_and_receiver % push.receiver_count;
@@ -34,9 +34,9 @@ void main() {
         if (pair >= end) break;
         FacetImage image = facet_image_at(pair * push.receiver_count + receiver);
         float share = image.flux / flux;
-        vec2 first_lengths = unpackHalf2x16(image.deviation_longest & ~HAS_SHADOW_EDGE);
-        vec2 second_lengths = unpackHalf2x16(image.height_blur);
-        float blur = max(second_lengths.y, 1e-3);
+        vec2 deviation_longest = unpackHalf2x16(image.deviation_longest & ~HAS_SHADOW_EDGE);
+        vec2 height_blur = unpackHalf2x16(image.height_blur);
+        float blur = max(height_blur.y, 1e-3);
         vec2 outline = unpackHalf2x16(image.outline);
         float of_profile = profile_error(blur);
         sum.z += share * of_profile;
@@ -48,9 +48,9 @@ void main() {
         Facet facet = facet_at(push.first_facet + pair % push.facet_count);
         float mixed = (image.deviation_longest & HAS_SHADOW_EDGE) != 0 ? 1.0 : 0.0;
         float parts = facet_division(share, patch_share);
-        float deviation = deviation_of_part(first_lengths.x, parts, facet.along);
-        float longest = first_lengths.y / parts;
-        float height = second_lengths.x / parts;
+        float deviation = deviation_of_part(deviation_longest.x, parts, facet.along);
+        float longest = deviation_longest.y / parts;
+        float height = height_blur.x / parts;
         float of_patch = share / (parts * parts);
         float n = image_division(of_patch, deviation, height, blur, patch_share);
         // The edge of a shadow crosses about this number of patches.
