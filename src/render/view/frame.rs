@@ -183,19 +183,23 @@ pub fn view(
     const MAPS: Access = LIGHT_MAP_WRITE.and(Access::COMPUTE_READ);
     for tile in view.tiles() {
         clear(recorder, &[&view.pixels.counts, &view.untextured])?;
-        recorder.pass("draw surfaces", |r| {
-            // The tile before this one is shaded from the same images.
-            r.barrier(
-                MAPS,
-                Access::DRAW
-                    .and(Access::FRAGMENT_READ)
-                    .and(Access::VERTEX_READ),
-            );
-            view.record_surfaces(r, scene, camera, tile);
-        })?;
-        recorder.pass("visible", |r| {
-            view.record_visible(r, scene, camera, tile);
-            r.barrier(Access::DRAW.and(MAPS), Access::COMPUTE);
+        // A unit of work: what it costs is not taken for that of the work before it.
+        recorder.tiled("draw surfaces", 1, 1, |r, _, _| {
+            r.pass("draw surfaces", |r| {
+                // The tile before this one is shaded from the same images.
+                r.barrier(
+                    MAPS,
+                    Access::DRAW
+                        .and(Access::FRAGMENT_READ)
+                        .and(Access::VERTEX_READ),
+                );
+                view.record_surfaces(r, scene, camera, tile);
+            })?;
+            r.pass("visible", |r| {
+                view.record_visible(r, scene, camera, tile);
+                r.barrier(Access::DRAW.and(MAPS), Access::COMPUTE);
+            })?;
+            Ok(1)
         })?;
         each_rect(recorder, "list pixels", tile.1, LISTED_GROUPS, |r, rect| {
             view.record_list(r, scene, camera, tile, rect)
