@@ -26,13 +26,21 @@ pub struct DynamicResolution {
     times: Vec<f64>,
     /// Frames to skip.
     skipped: u32,
-    /// Median time at the step before, ms, if this one has fewer pixels.
-    before: Option<f64>,
+    /// Median times at the steps that this one is to be compared with, ms.
+    medians: [Option<f64>; SCALES.len()],
     /// Whether the step stays until something is at rest.
     is_held: bool,
 }
 
 impl DynamicResolution {
+    /// On a CPU, the first pictures of a motion have fewer pixels, too: they would take long.
+    pub fn new(is_cpu: bool) -> Self {
+        Self {
+            step: usize::from(is_cpu),
+            ..Self::default()
+        }
+    }
+
     /// Scale of the width and the height of the next picture.
     pub fn scale(&self) -> f32 {
         SCALES[self.step]
@@ -61,19 +69,40 @@ impl DynamicResolution {
             return;
         };
         let share = 1e-3 * median * rate; // of the time that there is
-        let is_in_vain = self
-            .before
-            .take()
-            .is_some_and(|before| median > WORTHWHILE * before);
-        if is_in_vain && share > 1.0 {
-            self.go_to(self.step - 1);
-            self.is_held = true;
-        } else if share > 1.0 && self.step + 1 < SCALES.len() {
-            self.go_to(self.step + 1);
-            self.before = Some(median);
+        if share > 1.0 {
+            self.slow(median);
         } else if 4.0 * share < 1.0 && self.step > 0 {
             // Twice the pixels take twice the time, and maps of direct light with twice as many texels along a side four times.
             self.go_to(self.step - 1);
+        }
+    }
+
+    /// Frames at this step take too long, `median` ms.
+    fn slow(&mut self, median: f64) {
+        let step = self.step;
+        let with_more = step.checked_sub(1).and_then(|more| self.medians[more]);
+        let with_fewer = self.medians.get(step + 1).copied().flatten();
+        let medians = std::mem::take(&mut self.medians);
+        let next = match (with_more, with_fewer) {
+            // Fewer pixels were in vain.
+            (Some(with_more), None) if median > WORTHWHILE * with_more => step - 1,
+            (_, None) => (step + 1).min(SCALES.len() - 1),
+            // Back from there. Perhaps even more pixels cost nothing, either.
+            (_, Some(with_fewer)) => {
+                let is_in_vain = with_fewer > WORTHWHILE * median;
+                let is_last = step == 0 || with_more.is_some();
+                self.is_held = is_last || !is_in_vain;
+                match (is_in_vain, is_last) {
+                    (true, true) => step,
+                    (true, false) => step - 1,
+                    (false, _) => step + 1,
+                }
+            }
+        };
+        if next != step {
+            self.go_to(next);
+            self.medians = medians;
+            self.medians[step] = Some(median);
         }
     }
 
@@ -81,7 +110,7 @@ impl DynamicResolution {
         self.step = step;
         self.times.clear();
         self.skipped = SKIPPED;
-        self.before = None;
+        self.medians = Default::default();
     }
 }
 
@@ -125,9 +154,33 @@ mod tests {
     }
 
     #[test]
+    fn slow_pictures_on_a_cpu_begin_with_fewer_pixels_and_stay_there_where_that_helps() {
+        let mut resolution = DynamicResolution::new(true);
+        assert_eq!(after(&mut resolution, 0.02, 0.6, 15.0), SCALES[2]);
+        let mut resolution = DynamicResolution::new(true);
+        assert_eq!(after(&mut resolution, 0.0, 0.1, 15.0), SCALES[1]);
+        let mut resolution = DynamicResolution::new(true);
+        assert_eq!(after(&mut resolution, 0.001, 0.01, 15.0), 1.0);
+        // The first step costs nothing, the second one does.
+        let mut resolution = DynamicResolution::new(true);
+        let scales: Vec<f32> = (0..40)
+            .map(|_| {
+                let scale = resolution.scale();
+                resolution.add(if scale == 1.0 { 200.0 } else { 100.0 }, 15.0);
+                scale
+            })
+            .collect();
+        assert!(scales[30..].iter().all(|scale| *scale == SCALES[1]));
+    }
+
+    #[test]
     fn pixels_stay_where_they_do_not_take_the_time() {
         let mut resolution = DynamicResolution::default();
         assert_eq!(after(&mut resolution, 0.3, 0.02, 15.0), 1.0);
+        // A CPU begins with fewer.
+        let mut on_cpu = DynamicResolution::new(true);
+        assert_eq!(on_cpu.scale(), SCALES[1]);
+        assert_eq!(after(&mut on_cpu, 0.3, 0.02, 15.0), 1.0);
         // What moves next has a step again once the last motion has ended.
         resolution.rest();
         assert_eq!(after(&mut resolution, 0.01, 0.1, 15.0), SCALES[1]);

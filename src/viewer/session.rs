@@ -120,6 +120,7 @@ impl Session {
         for note in display.sides[0].notes() {
             state.tell(Severity::Note, note);
         }
+        let resolution = DynamicResolution::new(display.host.info.kind == "cpu");
         let context = egui::Context::default();
         // Animated panels would draw frames by themselves.
         context.all_styles_mut(|style| style.animation_time = 0.0);
@@ -135,7 +136,7 @@ impl Session {
             window,
             watch: watch(&state.document),
             shown: None,
-            resolution: DynamicResolution::default(),
+            resolution,
             reference: None,
             last_good: (state.quality, technique, Edits::default()),
             measured: None,
