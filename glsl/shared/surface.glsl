@@ -18,6 +18,11 @@ uvec2 place_of_block(DiffuseSurface surface, uint index) {
     return uvec2(local % across, local / across);
 }
 
+// Column and row of the texel `number` of a block, in the surface's tile.
+uvec2 texel_of_block(DiffuseSurface surface, uint index, uint number) {
+    return place_of_block(surface, index) * BLOCK + uvec2(number % BLOCK, number / BLOCK);
+}
+
 // Size of a rect's tile of the direct map of the environment.
 vec2 environment_size(DiffuseSurface surface) {
     return vec2((uvec2(surface.width, surface.height) + surface.environment_scale - 1) / surface.environment_scale);

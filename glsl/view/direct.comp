@@ -1,5 +1,5 @@
 // direct: direct light of the texels of a rect's tile of the direct map, from lights that light their block as a whole, and
-// from the smooth direct map of the environment.
+// from the smooth direct map of the environment. Alpha has the bits of these lights.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -35,13 +35,15 @@ void main() {
     uvec2 block = texel / BLOCK;
     uint index = surface.first_block + block.y * block_counts(surface).x + block.x;
     vec3 sum = vec3(0.0);
+    uint lit = 0;
     for (uint i = 0; i < push.light_count; i++) {
         bool is_lit = shade_of(index, i, push.light_count) == IS_LIT;
         sum += is_lit ? light_at(i).power * open_irradiance(disc_at(light_at(i), x), plane.normal) : vec3(0.0);
+        if (is_lit && i < MASKED_LIGHTS) lit |= 1u << i;
     }
     if (HAS_ENVIRONMENT) {
         vec2 at = tile + (vec2(texel) + 0.5) / float(surface.environment_scale);
         sum += look_up_smooth(environment_direct_map, tile, environment_size(surface), at);
     }
-    imageStore(direct_map, ivec2(tile) + ivec2(texel), vec4(sum, 0.0));
+    imageStore(direct_map, ivec2(tile) + ivec2(texel), vec4(sum, float(lit)));
 }

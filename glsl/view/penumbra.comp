@@ -1,4 +1,5 @@
-// penumbra: direct light of the listed texels from the lights that reach them in part, by rays.
+// penumbra: direct light of the listed texels from the listed lights, in place of that of the one ray of mixed_blocks.comp: by four
+// rays, and by twelve more of the texels that a light then reaches in part, which are listed for them.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -8,12 +9,16 @@ TRIANGLES(0)
 NODES(1)
 LIGHTS(2)
 SURFACES(3)
-layout(std430, binding = 4) readonly buffer TexelCounts { uint texel_counts[]; };
-layout(std430, binding = 5) readonly buffer Texels { uvec2 texels[]; };
-layout(binding = 6, rgba32f) uniform image2D direct_map;
-layout(push_constant) uniform ListedPush {
+layout(std430, binding = 4) readonly buffer BlockSurfaces { uint block_surfaces[]; };
+layout(std430, binding = 5) readonly buffer Blocks { uint blocks[]; };
+layout(std430, binding = 6) buffer TexelCounts { uint texel_counts[]; };
+layout(std430, binding = 7) buffer Texels { uvec2 texels[]; };
+layout(binding = 8, rgba32f) uniform image2D direct_map;
+layout(push_constant) uniform PenumbraPush {
     uint first;          // first item
     uint light_count;
+    uint list;           // 0: the first rays; 1: the others, of the items from the end
+    uint capacity;       // of both lists
 } push;
 
 #include "trace.glsl"
@@ -21,41 +26,49 @@ layout(push_constant) uniform ListedPush {
 #include "optics.glsl"
 #include "planar_receiver.glsl"
 #include "surface.glsl"
+#include "blocks_of_light.glsl"
 #include "sampling.glsl"
 #include "open_light.glsl"
 #include "lighting.glsl"
+#include "texel_light.glsl"
 #include "work_list.glsl"
 
-// Mean irradiance of a texel over Light.power: by four rays, and unless these are all dark or all lit by twelve
-// more.
-float texel_irradiance(Light light, DiffuseSurface surface, PlanarReceiver plane, vec2 place) {
-    float sum = 0.0;
-    uint lit = 0;
-    for (uint i = 0; i < LIGHT_RAYS; i++) {
-        if (i == 4 && (lit == 0 || lit == 4)) return sum / 4.0;
-        // Rays 4 j to 4 j + 3 are in different quarters of the texel.
-        uvec2 cell = uvec2(2 * (i & 1) + (i >> 2 & 1), (i & 2) + (i >> 3));
-        uint k = cell.y * LIGHT_RAYS_SIDE + cell.x;
-        vec2 within = (vec2(cell) + 0.5) / float(LIGHT_RAYS_SIDE);
-        // 7 k mod 16 spreads neighbouring points over the disc.
-        float found = ray_irradiance(light, from_texels(plane, place + within), plane.normal, surface.triangle, 7 * k % LIGHT_RAYS, LIGHT_RAYS);
-        sum += found;
-        lit += found > 0.0 ? 1 : 0;
-    }
-    return sum / float(LIGHT_RAYS);
-}
+const uint FIRST_RAYS = 4;
 
 void main() {
     uint item = push.first + group_index() * SPLAT_GROUP + gl_LocalInvocationIndex;
-    if (item >= texel_counts[0]) return;
-    ivec2 texel = ivec2(texels[item].x & 0xffffu, texels[item].x >> 16);
-    DiffuseSurface surface = surface_at(texels[item].y);
+    if (item >= texel_counts[push.list]) return;
+    uvec2 listed = texels[push.list == 0 ? item : push.capacity - 1 - item];
+    uint block = listed.x / (BLOCK * BLOCK);
+    DiffuseSurface surface = surface_at(block_surfaces[block]);
     PlanarReceiver plane = plane_of(surface);
-    vec4 found = imageLoad(direct_map, texel);
-    uint mixed = uint(found.a);
+    vec2 place = vec2(plane.tile_x, plane.tile_y) + vec2(texel_of_block(surface, block, listed.x % (BLOCK * BLOCK)));
+    vec4 found = imageLoad(direct_map, ivec2(place));
+    uint lit = uint(found.a);
+    vec3 x = from_texels(plane, place + 0.5);
+    uint mixed = 0;
     for (uint i = 0; i < push.light_count; i++) {
-        // The last bit is for all further lights.
-        if ((mixed >> min(i, MASKED_LIGHTS) & 1u) != 0) found.rgb += light_at(i).power * texel_irradiance(light_at(i), surface, plane, vec2(texel));
+        bool is_masked = i < MASKED_LIGHTS;
+        // The last bit is for all further lights, which get all rays at once.
+        if ((listed.y >> min(i, MASKED_LIGHTS) & 1u) == 0) continue;
+        Light light = light_at(i);
+        uint first = push.list == 0 ? 0 : FIRST_RAYS;
+        uint end = push.list == 0 && is_masked ? FIRST_RAYS : LIGHT_RAYS;
+        float sum = 0.0;
+        uint lit_rays = 0;
+        for (uint k = first; k < end; k++) {
+            float irradiance = texel_ray(light, surface, plane, place, k);
+            sum += irradiance;
+            lit_rays += uint(irradiance > 0.0);
+        }
+        bool is_mixed = push.list == 0 && is_masked && lit_rays % FIRST_RAYS != 0;
+        mixed |= uint(is_mixed) << i;
+        float irradiance = sum / float(push.list == 0 && is_masked && !is_mixed ? FIRST_RAYS : LIGHT_RAYS);
+        // The first rays replace what was found before.
+        bool is_counted = push.list == 0 && (is_masked ? (lit >> i & 1u) != 0 : shade_of(block, i, push.light_count) == IS_LIT);
+        if (is_counted) irradiance -= open_irradiance(disc_at(light, x), plane.normal);
+        found.rgb += light.power * irradiance;
     }
-    imageStore(direct_map, texel, vec4(found.rgb, 0.0));
+    imageStore(direct_map, ivec2(place), vec4(max(found.rgb, 0.0), found.a));
+    if (mixed != 0) texels[push.capacity - 1 - atomicAdd(texel_counts[1], 1)] = uvec2(listed.x, mixed);
 }

@@ -7,7 +7,8 @@ use crate::render::receivers::surfaces::Halvings;
 impl Renderer {
     /// Has direct light that is computed from the next frame on halve the sides of its maps so often, for pictures in motion, whose
     /// time it would dominate. Maps of suns and lamps keep the texels of light maps, and those with at most 256 texels along a side are not
-    /// halved; that of the environment is no finer. Maps that show the scene in more detail are kept; coarser ones are computed again.
+    /// halved; that of the environment is no finer. Edges of shadows are found with fewer rays. Maps that show the scene in more detail are
+    /// kept; coarser ones are computed again.
     pub fn set_direct_halvings(&mut self, halvings: u32) {
         self.direct_halvings = halvings;
     }

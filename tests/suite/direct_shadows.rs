@@ -5,6 +5,7 @@ use crate::common::{
     with_texels,
 };
 use glam::DVec3;
+use nephroid::image_file::RgbImage;
 use nephroid::render::Renderer;
 use nephroid::scene::{Geometry, LightKind, MaterialKind, Object, Rect, Scene};
 use std::f64::consts::PI;
@@ -41,16 +42,25 @@ fn rect(origin: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3]) -> Rect {
     }
 }
 
+/// Direct light of the floor in maps whose sides were halved so often, as in motion.
+fn direct_of_floor(device: &Device, scene: &Scene, halvings: u32) -> RgbImage {
+    let mut renderer = device.renderer(scene, &footprint(1));
+    renderer.set_direct_halvings(halvings);
+    renderer.direct().unwrap();
+    let floor = scene.object_index("floor").unwrap();
+    renderer.read_direct(floor).unwrap()
+}
+
 /// A half-plane at the height h under a disc of the radius α hides a segment of it: what is lit at the distance x from the
 /// edge is 1/2 + (u √(1 − u²) + asin u)/π, u = x/(h tan α).
 #[test]
 fn penumbra_of_a_straight_edge() {
     let device = Device::open();
     let (height, radius, texels) = (0.5, 0.05f64, [128, 128]);
-    let error = |edge: f64| {
+    let error = |edge: f64, halvings: u32| {
         let blocker = rect([edge, height, 3.0], [5.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
         let scene = under_zenith(radius, blocker, texels);
-        let map = device.direct(&scene, "floor");
+        let map = direct_of_floor(&device, &scene, halvings);
         let places = middles(&scene, "floor", texels);
         let lit = |x: f64| {
             let u = (-x / (height * radius.tan())).clamp(-1.0, 1.0);
@@ -60,13 +70,37 @@ fn penumbra_of_a_straight_edge() {
             .map(|(place, rgb)| (f64::from(rgb[0]) - lit(place.x + 0.2037)).abs())
             .fold(0.0, f64::max)
     };
-    // Sixteen rays for a texel, whose side is a quarter of the penumbra's half width.
-    assert_error(
-        "penumbra of an edge",
-        0.05,
-        error(-0.2037),
-        error(-0.2037 + 0.005),
-    );
+    // Sixteen rays for a texel, whose side is a quarter of the penumbra's half width, and half of it in motion.
+    for (halvings, bound) in [(0, 0.05), (1, 0.1)] {
+        assert_error(
+            "penumbra of an edge",
+            bound,
+            error(-0.2037, halvings),
+            error(-0.2037 + 0.005, halvings),
+        );
+    }
+}
+
+/// Thirty suns in one place, more than have bits of their own in a texel, are one sun.
+#[test]
+fn many_suns_are_one() {
+    let device = Device::open();
+    let blocker = rect([-0.2, 0.5, 0.3], [5.0, 0.0, 0.0], [0.4, 0.0, -0.6]);
+    let one = under_zenith(0.05, blocker, [128, 128]);
+    let split = |share: f64| {
+        let mut scene = one.clone();
+        if let LightKind::Sun { irradiance, .. } = &mut scene.lights[0].kind {
+            *irradiance *= share / 30.0;
+        }
+        scene.lights = vec![scene.lights[0].clone(); 30];
+        scene
+    };
+    for halvings in [0, 1] {
+        let exact = direct_of_floor(&device, &one, halvings);
+        let [error, perturbed] = [1.0, 31.0 / 30.0]
+            .map(|share| l1(&direct_of_floor(&device, &split(share), halvings), &exact));
+        assert_error("thirty suns", 1e-3, error, perturbed);
+    }
 }
 
 /// A strip of a fifth of a texel's width hides its area, wherever it lies between the rays.
@@ -75,7 +109,7 @@ fn thin_blockers_are_not_lost() {
     let device = Device::open();
     let texels = [128, 128];
     let side = 1.6 / 128.0;
-    let hidden = |width: f64, shift: f64| {
+    let hidden = |width: f64, shift: f64, halvings: u32| {
         // Slightly turned, so that it passes all places within a texel.
         let strip = rect(
             [-0.2 + shift * side, 0.02, 0.9],
@@ -83,14 +117,14 @@ fn thin_blockers_are_not_lost() {
             [0.05, 0.0, -1.0],
         );
         let scene = under_zenith(0.0, strip, texels);
-        let map = device.direct(&scene, "floor");
+        let map = direct_of_floor(&device, &scene, halvings);
         let missing: f64 = map.pixels.iter().map(|rgb| 1.0 - f64::from(rgb[0])).sum();
         missing * side * side / (width * 1.0)
     };
-    for shift in [0.0, 0.37] {
+    for (shift, halvings) in [(0.0, 0), (0.37, 0), (0.0, 1), (0.37, 1)] {
         let width = 0.2 * side;
         let [error, perturbed] =
-            [1.0, 1.2].map(|factor| (hidden(factor * width, shift) * factor - 1.0).abs());
+            [1.0, 1.2].map(|factor| (hidden(factor * width, shift, halvings) * factor - 1.0).abs());
         assert_error("shadow of a thin strip", 0.1, error, perturbed);
     }
 }
@@ -214,4 +248,14 @@ fn maps_are_coarse_in_motion_alone() {
         let l1 = l1(&coarse, &fine);
         assert!((1e-5..0.005).contains(&l1), "{l1}");
     }
+    // Maps that cannot be coarser have fewer rays in motion, and at rest all of them.
+    let mut largest = turned;
+    for texels in (largest.objects.iter_mut()).filter_map(|object| object.light_map.as_mut()) {
+        *texels = [1024, 1024];
+    }
+    let mut renderer = device.renderer(&largest, &footprint(1));
+    let [in_motion, at_rest] = [1, 0].map(|halvings| direct(&mut renderer, &largest, halvings));
+    assert!(bits(&at_rest) == bits(&device.direct(&largest, "floor")));
+    let l1 = l1(&in_motion, &at_rest);
+    assert!(l1 > 0.0 && l1 < 1e-3, "{l1}");
 }

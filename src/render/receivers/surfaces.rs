@@ -190,9 +190,10 @@ impl DeviceSurfaces {
         })
     }
 
-    /// Makes the tiles as coarse as this, to be written. Returns whether that changes the size of a tile, and that of a tile
-    /// of the environment.
+    /// Makes the tiles as coarse as this, to be written. Returns whether that changes the size of a tile or the rays of texels, and the
+    /// size of a tile of the environment.
     pub fn set_halvings(&mut self, halvings: Halvings) -> (bool, bool) {
+        let was_in_motion = self.is_in_motion();
         self.halvings = halvings;
         let last = std::mem::take(&mut self.tiles);
         self.tiles = (self.finest.iter())
@@ -204,9 +205,14 @@ impl DeviceSurfaces {
             !sizes.eq(last.iter().map(size))
         };
         (
-            changes(|tile| tile.tile.size),
+            changes(|tile| tile.tile.size) || self.is_in_motion() != was_in_motion,
             changes(SurfaceTile::environment_size),
         )
+    }
+
+    /// Whether the tiles are coarse, since something moves: texels have fewer rays.
+    pub fn is_in_motion(&self) -> bool {
+        self.halvings.lights > 0
     }
 
     /// Writes the surfaces with their tiles.

@@ -10,7 +10,7 @@ use crate::render::gpu_types::constants::{
 };
 use crate::render::gpu_types::{
     ClassifyPush, CopyPush, DirectEnvironmentPush, DirectPointsPush, DirectPush, ListedPush,
-    OpenGroupsPush,
+    OpenGroupsPush, PenumbraPush, ShadowEdgesPush,
 };
 use crate::render::receivers::surfaces::SurfaceTile;
 use crate::render::view::work_list::{Items, WorkList};
@@ -29,6 +29,7 @@ pub struct Direct {
     list_blocks: BoundPipeline,
     direct: BoundPipeline,
     mixed_blocks: BoundPipeline,
+    shadow_edges: BoundPipeline,
     penumbra: BoundPipeline,
     atlas: BoundPipeline,
     points: BoundPipeline,
@@ -43,8 +44,9 @@ pub struct Direct {
     pub sharp_texels: WorkList,
     /// Blocks that a light lights in part.
     pub blocks: WorkList,
-    /// Texels of these that a light reaches in part.
+    /// Texels of these beside an edge of a shadow, and those of them that a light reaches in part.
     pub texels: WorkList,
+    texel_capacity: u32,
 }
 
 impl Direct {
@@ -85,11 +87,12 @@ impl Direct {
             .sum();
         let sharp_texels = WorkList::new(context, scene, environment_texels, 8, SPLAT_GROUP)?;
         let blocks = WorkList::new(context, scene, scene.surfaces.block_count.into(), 8, 1)?;
-        let lit_texels = match scene.lights.scene_count {
+        // A texel of the first list may be in the second one, too.
+        let texel_capacity = match scene.lights.scene_count {
             0 => 0,
-            _ => u64::from(scene.surfaces.block_count) * u64::from(BLOCK * BLOCK),
+            _ => 2 * scene.surfaces.block_count * BLOCK * BLOCK,
         };
-        let texels = WorkList::new(context, scene, lit_texels, 8, SPLAT_GROUP)?;
+        let texels = WorkList::new(context, scene, texel_capacity.into(), 8, SPLAT_GROUP)?;
         let own = [
             rays,
             smooth,
@@ -112,6 +115,7 @@ impl Direct {
             list_blocks: bind(&shaders::LIST_BLOCKS_COMP)?,
             direct: bind(&shaders::DIRECT_COMP)?,
             mixed_blocks: bind(&shaders::MIXED_BLOCKS_COMP)?,
+            shadow_edges: bind(&shaders::SHADOW_EDGES_COMP)?,
             penumbra: bind(&shaders::PENUMBRA_COMP)?,
             atlas: bind(&shaders::DIRECT_ATLAS_COMP)?,
             points: bind(&shaders::DIRECT_POINTS_COMP)?,
@@ -122,6 +126,7 @@ impl Direct {
             sharp_texels,
             blocks,
             texels,
+            texel_capacity,
         })
     }
 
@@ -224,14 +229,36 @@ impl Direct {
         recorder.dispatch(pipeline, &push, [blocks.end - blocks.start, 1, 1]);
     }
 
-    /// Records the listed texels.
-    pub fn record_penumbra(&self, recorder: &mut Recorder, scene: &DeviceScene, items: Items) {
-        self.record_listed(recorder, &self.penumbra, &self.texels, scene, items);
+    /// Records the listed texels: rays of all of them (list 0), or the further rays of those that a light reaches in part (list 1).
+    pub fn record_penumbra(
+        &self,
+        recorder: &mut Recorder,
+        scene: &DeviceScene,
+        (list, items): (u32, Items),
+    ) {
+        let push = |first| PenumbraPush {
+            first,
+            light_count: scene.lights.scene_count,
+            list,
+            capacity: self.texel_capacity,
+        };
+        self.texels
+            .record(recorder, &self.penumbra, push, (list, items));
     }
 
-    /// Records the listed blocks.
+    /// Records one ray for each texel of the listed blocks.
     pub fn record_mixed_blocks(&self, recorder: &mut Recorder, scene: &DeviceScene, items: Items) {
         self.record_listed(recorder, &self.mixed_blocks, &self.blocks, scene, items);
+    }
+
+    /// Records the list of texels of these blocks that need rays, or more of them in motion.
+    pub fn record_shadow_edges(&self, recorder: &mut Recorder, scene: &DeviceScene, items: Items) {
+        let push = |first| ShadowEdgesPush {
+            first,
+            light_count: scene.lights.scene_count,
+            is_in_motion: scene.surfaces.is_in_motion().into(),
+        };
+        (self.blocks).record(recorder, &self.shadow_edges, push, (0, items));
     }
 
     fn record_listed(

@@ -3,7 +3,7 @@
 //! ```text
 //! open groups ─► environment rays ─► smooth environment ─► sharp environment ─► environment points ─► copy points
 //!                                                          direct light of the environment, where it or geometry changed
-//!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► penumbra
+//!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► shadow edges ─► penumbra
 //!          ─► direct points ─► copy points ─► direct atlas ─► dilate                    direct light, where the scene changed
 //!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
 //! ```
@@ -149,22 +149,34 @@ pub fn direct_light(
         })?;
     }
     if scene.lights.scene_count > 0 {
+        if scene.surfaces.is_in_motion() {
+            each_listed(
+                recorder,
+                "mixed blocks",
+                &direct.blocks,
+                0,
+                first,
+                |r, items| direct.record_mixed_blocks(r, scene, items),
+            )?;
+        }
         each_listed(
             recorder,
-            "mixed blocks",
+            "shadow edges",
             &direct.blocks,
             0,
-            first,
-            |r, items| direct.record_mixed_blocks(r, scene, items),
+            LISTED_GROUPS,
+            |r, items| direct.record_shadow_edges(r, scene, items),
         )?;
-        each_listed(
-            recorder,
-            "penumbra",
-            &direct.texels,
-            0,
-            first,
-            |r, items| direct.record_penumbra(r, scene, items),
-        )?;
+        for list in [0, 1] {
+            each_listed(
+                recorder,
+                ["penumbra", "penumbra's rest"][list as usize],
+                &direct.texels,
+                list,
+                first,
+                |r, items| direct.record_penumbra(r, scene, (list, items)),
+            )?;
+        }
     }
     let meshes = tiles
         .iter()
