@@ -159,7 +159,7 @@ mirrors! {
     ClassifyPush { first: u32, block_count: u32, light_count: u32, }
     ListedPush { first: u32, light_count: u32, }
     ShadowEdgesPush { first: u32, light_count: u32, is_in_motion: u32, }
-    PenumbraPush { first: u32, light_count: u32, list: u32, capacity: u32, }
+    PenumbraPush { first: u32, light_count: u32, is_rest: u32, }
     PlanPush { per_group: u32, }
     DirectEnvironmentPush { first: UVec2, surface: u32, part: u32, }
     OpenGroupsPush { count: u32, }

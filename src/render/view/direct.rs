@@ -30,7 +30,8 @@ pub struct Direct {
     direct: BoundPipeline,
     mixed_blocks: BoundPipeline,
     shadow_edges: BoundPipeline,
-    penumbra: BoundPipeline,
+    /// For the first rays of texels, and for the rest.
+    penumbra: [BoundPipeline; 2],
     atlas: BoundPipeline,
     points: BoundPipeline,
     copy_points: BoundPipeline,
@@ -45,8 +46,7 @@ pub struct Direct {
     /// Blocks that a light lights in part.
     pub blocks: WorkList,
     /// Texels of these beside an edge of a shadow, and those of them that a light reaches in part.
-    pub texels: WorkList,
-    texel_capacity: u32,
+    pub texels: [WorkList; 2],
 }
 
 impl Direct {
@@ -87,23 +87,30 @@ impl Direct {
             .sum();
         let sharp_texels = WorkList::new(context, scene, environment_texels, 8, SPLAT_GROUP)?;
         let blocks = WorkList::new(context, scene, scene.surfaces.block_count.into(), 8, 1)?;
-        // A texel of the first list may be in the second one, too.
-        let texel_capacity = match scene.lights.scene_count {
+        let lit_texels = match scene.lights.scene_count {
             0 => 0,
-            _ => 2 * scene.surfaces.block_count * BLOCK * BLOCK,
+            _ => u64::from(scene.surfaces.block_count) * u64::from(BLOCK * BLOCK),
         };
-        let texels = WorkList::new(context, scene, texel_capacity.into(), 8, SPLAT_GROUP)?;
+        let list = || WorkList::new(context, scene, lit_texels, 8, SPLAT_GROUP);
+        let texels = [list()?, list()?];
         let own = [
             rays,
             smooth,
             ("known_rays", Resource::Image(&environment[0])),
             ("open_groups", Resource::Buffer(&open_light)),
             ("direct_map", Resource::Image(&map)),
-            ("texel_counts", Resource::Buffer(&texels.counts)),
-            ("texels", Resource::Buffer(&texels.items)),
+            ("rest_counts", Resource::Buffer(&texels[1].counts)),
+            ("rest", Resource::Buffer(&texels[1].items)),
         ];
-        let [texel_list, block_list] =
-            [&sharp_texels, &blocks].map(|list| [&own[..], &list.resources("items")].concat());
+        let of_texels = texels.each_ref().map(|list| {
+            [
+                ("texel_counts", Resource::Buffer(&list.counts)),
+                ("texels", Resource::Buffer(&list.items)),
+            ]
+        });
+        let [texel_list, block_list] = [&sharp_texels, &blocks]
+            .map(|list| [&own[..], &of_texels[0], &list.resources("items")].concat());
+        let rest_list = [&own[..], &of_texels[1]].concat();
         let bind = |shader| scene.compute(context, shader, &block_list);
         let bind_texels = |shader| scene.compute(context, shader, &texel_list);
         Ok(Self {
@@ -116,7 +123,10 @@ impl Direct {
             direct: bind(&shaders::DIRECT_COMP)?,
             mixed_blocks: bind(&shaders::MIXED_BLOCKS_COMP)?,
             shadow_edges: bind(&shaders::SHADOW_EDGES_COMP)?,
-            penumbra: bind(&shaders::PENUMBRA_COMP)?,
+            penumbra: [
+                bind(&shaders::PENUMBRA_COMP)?,
+                scene.compute(context, &shaders::PENUMBRA_COMP, &rest_list)?,
+            ],
             atlas: bind(&shaders::DIRECT_ATLAS_COMP)?,
             points: bind(&shaders::DIRECT_POINTS_COMP)?,
             copy_points: bind(&shaders::COPY_POINTS_COMP)?,
@@ -126,7 +136,6 @@ impl Direct {
             sharp_texels,
             blocks,
             texels,
-            texel_capacity,
         })
     }
 
@@ -229,21 +238,21 @@ impl Direct {
         recorder.dispatch(pipeline, &push, [blocks.end - blocks.start, 1, 1]);
     }
 
-    /// Records the listed texels: rays of all of them (list 0), or the further rays of those that a light reaches in part (list 1).
+    /// Records the first rays of the listed texels, or the rest for those that a light reaches in part.
     pub fn record_penumbra(
         &self,
         recorder: &mut Recorder,
         scene: &DeviceScene,
-        (list, items): (u32, Items),
+        is_rest: bool,
+        items: Items,
     ) {
         let push = |first| PenumbraPush {
             first,
             light_count: scene.lights.scene_count,
-            list,
-            capacity: self.texel_capacity,
+            is_rest: is_rest.into(),
         };
-        self.texels
-            .record(recorder, &self.penumbra, push, (list, items));
+        let index = usize::from(is_rest);
+        self.texels[index].record(recorder, &self.penumbra[index], push, (0, items));
     }
 
     /// Records one ray for each texel of the listed blocks.
@@ -337,9 +346,10 @@ impl Direct {
 
     /// Bytes of the maps.
     pub fn bytes(&self) -> u64 {
-        let lists = self.sharp_texels.bytes() + self.blocks.bytes() + self.texels.bytes();
+        let lists = self.sharp_texels.bytes() + self.blocks.bytes();
+        let texels = self.texels.iter().map(WorkList::bytes).sum::<u64>();
         let images = self.environment.iter().map(Image::bytes).sum::<u64>();
-        self.map.bytes() + images + self.open_light.bytes() + lists
+        self.map.bytes() + images + self.open_light.bytes() + lists + texels
     }
 }
 

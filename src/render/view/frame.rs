@@ -114,7 +114,8 @@ pub fn direct_light(
     dilate: Option<&Dilate>,
 ) -> Result<()> {
     let tiles = &scene.surfaces.tiles;
-    clear(recorder, &[&direct.blocks.counts, &direct.texels.counts])?;
+    let [texels, rest] = direct.texels.each_ref().map(|list| &list.counts);
+    clear(recorder, &[&direct.blocks.counts, texels, rest])?;
     let first = first_groups(Direct::rays(scene));
     if scene.lights.scene_count > 0 {
         let blocks = 0..scene.surfaces.block_count;
@@ -167,15 +168,12 @@ pub fn direct_light(
             LISTED_GROUPS,
             |r, items| direct.record_shadow_edges(r, scene, items),
         )?;
-        for list in [0, 1] {
-            each_listed(
-                recorder,
-                ["penumbra", "penumbra's rest"][list as usize],
-                &direct.texels,
-                list,
-                first,
-                |r, items| direct.record_penumbra(r, scene, (list, items)),
-            )?;
+        let [texels, rest] = &direct.texels;
+        for (pass, list, is_rest) in [("penumbra", texels, false), ("penumbra's rest", rest, true)]
+        {
+            each_listed(recorder, pass, list, 0, first, |r, items| {
+                direct.record_penumbra(r, scene, is_rest, items)
+            })?;
         }
     }
     let meshes = tiles
