@@ -35,7 +35,7 @@ void main() {
     uint index = items[item].x;
     DiffuseSurface surface = surface_at(block_surfaces[index]);
     PlanarReceiver plane = plane_of(surface);
-    uvec2 texel = place_of_block(surface, index) * BLOCK + gl_LocalInvocationID.xy;
+    uvec2 texel = texel_of_block(surface, index, gl_LocalInvocationIndex);
     if (texel.x >= surface.width || texel.y >= surface.height) return;
     uvec2 place = uvec2(plane.tile_x, plane.tile_y) + texel;
     vec4 found = imageLoad(direct_map, ivec2(place));

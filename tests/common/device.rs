@@ -85,7 +85,13 @@ impl Device {
 
     /// All direct light on one receiver.
     pub fn direct(&self, scene: &Scene, receiver: &str) -> RgbImage {
+        self.coarse_direct(scene, receiver, 0)
+    }
+
+    /// The same in maps whose sides were halved so often, as in motion.
+    pub fn coarse_direct(&self, scene: &Scene, receiver: &str, halvings: u32) -> RgbImage {
         let mut renderer = self.renderer(scene, &footprint(1));
+        renderer.set_direct_halvings(halvings);
         renderer.direct().unwrap();
         let receiver = scene.object_index(receiver).unwrap();
         renderer.read_direct(receiver).unwrap()

@@ -5,7 +5,6 @@ use crate::common::{
     with_texels,
 };
 use glam::DVec3;
-use nephroid::image_file::RgbImage;
 use nephroid::render::Renderer;
 use nephroid::scene::{Geometry, LightKind, MaterialKind, Object, Rect, Scene};
 use std::f64::consts::PI;
@@ -42,15 +41,6 @@ fn rect(origin: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3]) -> Rect {
     }
 }
 
-/// Direct light of the floor in maps whose sides were halved so often, as in motion.
-fn direct_of_floor(device: &Device, scene: &Scene, halvings: u32) -> RgbImage {
-    let mut renderer = device.renderer(scene, &footprint(1));
-    renderer.set_direct_halvings(halvings);
-    renderer.direct().unwrap();
-    let floor = scene.object_index("floor").unwrap();
-    renderer.read_direct(floor).unwrap()
-}
-
 /// A half-plane at the height h under a disc of the radius α hides a segment of it: what is lit at the distance x from the
 /// edge is 1/2 + (u √(1 − u²) + asin u)/π, u = x/(h tan α).
 #[test]
@@ -60,7 +50,7 @@ fn penumbra_of_a_straight_edge() {
     let error = |edge: f64, halvings: u32| {
         let blocker = rect([edge, height, 3.0], [5.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
         let scene = under_zenith(radius, blocker, texels);
-        let map = direct_of_floor(&device, &scene, halvings);
+        let map = device.coarse_direct(&scene, "floor", halvings);
         let places = middles(&scene, "floor", texels);
         let lit = |x: f64| {
             let u = (-x / (height * radius.tan())).clamp(-1.0, 1.0);
@@ -96,9 +86,13 @@ fn many_suns_are_one() {
         scene
     };
     for halvings in [0, 1] {
-        let exact = direct_of_floor(&device, &one, halvings);
-        let [error, perturbed] = [1.0, 31.0 / 30.0]
-            .map(|share| l1(&direct_of_floor(&device, &split(share), halvings), &exact));
+        let exact = device.coarse_direct(&one, "floor", halvings);
+        let [error, perturbed] = [1.0, 31.0 / 30.0].map(|share| {
+            l1(
+                &device.coarse_direct(&split(share), "floor", halvings),
+                &exact,
+            )
+        });
         assert_error("thirty suns", 1e-3, error, perturbed);
     }
 }
@@ -117,7 +111,7 @@ fn thin_blockers_are_not_lost() {
             [0.05, 0.0, -1.0],
         );
         let scene = under_zenith(0.0, strip, texels);
-        let map = direct_of_floor(&device, &scene, halvings);
+        let map = device.coarse_direct(&scene, "floor", halvings);
         let missing: f64 = map.pixels.iter().map(|rgb| 1.0 - f64::from(rgb[0])).sum();
         missing * side * side / (width * 1.0)
     };
