@@ -71,7 +71,11 @@ impl DynamicResolution {
         let share = 1e-3 * median * rate; // of the time that there is
         if share > 1.0 {
             self.slow(median);
-        } else if 4.0 * share < 1.0 && self.step > 0 {
+            return;
+        }
+        // If frames become slow now, the scene has changed: times of before say nothing.
+        self.medians = Default::default();
+        if 4.0 * share < 1.0 && self.step > 0 {
             // Twice the pixels take twice the time, and maps of direct light with twice as many texels along a side four times.
             self.go_to(self.step - 1);
         }
