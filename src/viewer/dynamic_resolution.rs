@@ -94,7 +94,9 @@ impl DynamicResolution {
             // Back from there. Perhaps even more pixels cost nothing, either.
             (_, Some(with_fewer)) => {
                 let is_in_vain = with_fewer > WORTHWHILE * median;
-                let is_last = step == 0 || with_more.is_some();
+                // Twice as many pixels take at least twice the difference more.
+                let expected = median + 2.0 * (median - with_fewer);
+                let is_last = step == 0 || with_more.is_some() || median <= WORTHWHILE * expected;
                 self.is_held = is_last || !is_in_vain;
                 match (is_in_vain, is_last) {
                     (true, true) => step,
@@ -175,6 +177,18 @@ mod tests {
             })
             .collect();
         assert!(scales[30..].iter().all(|scale| *scale == SCALES[1]));
+    }
+
+    /// Half of the pixels of the first step save 14 %, so that it has those, and all of them would take 1.5 times as long.
+    #[test]
+    fn all_pixels_are_not_tried_where_they_would_take_much_longer() {
+        let mut resolution = DynamicResolution::new(true);
+        for _ in 0..60 {
+            let scale = resolution.scale();
+            assert!(scale < 1.0);
+            resolution.add(150.0 + 200.0 * f64::from(scale.powi(4)), 15.0);
+        }
+        assert_eq!(resolution.scale(), SCALES[1]);
     }
 
     #[test]

@@ -75,6 +75,7 @@ pub struct Session {
     pub window: Arc<Window>,
     pub state: State,
     watch: Watch,
+    opened: Instant,
     /// The last picture.
     shown: Option<Shown>,
     resolution: DynamicResolution,
@@ -135,6 +136,7 @@ impl Session {
             context,
             window,
             watch: watch(&state.document),
+            opened: Instant::now(),
             shown: None,
             resolution,
             reference: None,
@@ -229,9 +231,23 @@ impl Session {
         self.shown = None;
     }
 
+    /// The input since the last frame. In place of `egui_winit::State::take_egui_input`, which asks the display server for the
+    /// size of the window, and waits for all that it still has to do, such as showing the last picture.
+    fn take_input(&mut self) -> egui::RawInput {
+        let [width, height] = self.display.size().map(|side| side as f32);
+        let pixels_per_point = egui_winit::pixels_per_point(&self.context, &self.window);
+        let points = egui::vec2(width, height) / pixels_per_point;
+        let input = self.input.egui_input_mut();
+        input.time = Some(self.opened.elapsed().as_secs_f64());
+        input.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, points));
+        let viewport = input.viewports.entry(egui::ViewportId::ROOT).or_default();
+        viewport.native_pixels_per_point = Some(self.window.scale_factor() as f32);
+        input.take()
+    }
+
     /// Runs the panels on the input.
     fn run_panels(&mut self, player: Option<&mut Player>) -> Panels {
-        let mut input = self.input.take_egui_input(&self.window);
+        let mut input = self.take_input();
         if let Some(player) = player {
             input.events.append(&mut player.events);
             input.focused = true;

@@ -43,14 +43,15 @@ impl Bvh {
         let mut sparse = vec![TreeNode::default(); 2 * triangles.len() - 1];
         build(&boxes, &mut order, 0, &mut sparse, [0, 1]);
         let tree = compact(&sparse);
-        let grid = grid(&tree[0].aabb);
-        Self {
-            nodes: pack(&tree, &grid),
-            grid,
+        let mut bvh = Self {
+            nodes: linked(&tree),
+            grid: Grid::default(),
             order,
             cost: cost(&tree),
             tree,
-        }
+        };
+        bvh.pack_boxes();
+        bvh
     }
 
     /// Refits the boxes to moved triangles, given in the order of the leaves. Returns false where the tree has become
@@ -66,9 +67,18 @@ impl Bvh {
         if cost(&self.tree) > GROWN * self.cost {
             return false;
         }
-        self.grid = grid(&self.tree[0].aabb);
-        self.nodes = pack(&self.tree, &self.grid);
+        self.pack_boxes();
         true
+    }
+
+    /// Takes the boxes of the tree over to the grid and the nodes.
+    fn pack_boxes(&mut self) {
+        let grid = grid(&self.tree[0].aabb);
+        let bounds = |index: u32| quantise(&grid, &self.tree[index as usize].aabb);
+        for (node, [left, right]) in self.nodes.iter_mut().zip(children(&self.tree)) {
+            (node.left, node.right) = (bounds(left), bounds(right));
+        }
+        self.grid = grid;
     }
 }
 
@@ -117,8 +127,17 @@ fn grid(root: &Aabb) -> Grid {
     }
 }
 
-/// The inner nodes in order, each with both children.
-fn pack(tree: &[TreeNode], grid: &Grid) -> Vec<Node> {
+/// The children of each inner node, in order. A root that is the only leaf appears twice, at little cost.
+fn children(tree: &[TreeNode]) -> impl Iterator<Item = [u32; 2]> {
+    let only_leaf = tree[0].is_leaf.then_some([0, 0]);
+    let inner = tree.iter().filter(|node| !node.is_leaf);
+    only_leaf
+        .into_iter()
+        .chain(inner.map(|node| [node.left, node.right]))
+}
+
+/// The inner nodes in order, each with links to both children and without their boxes.
+fn linked(tree: &[TreeNode]) -> Vec<Node> {
     let mut inner = 0;
     let packed_index: Vec<u32> = (tree.iter())
         .map(|node| {
@@ -136,32 +155,20 @@ fn pack(tree: &[TreeNode], grid: &Grid) -> Vec<Node> {
             packed_index[index as usize]
         }
     };
-    let node = |[left, right]: [u32; 2]| {
-        let bounds = |index: u32| {
-            let aabb = &tree[index as usize].aabb;
-            quantise(grid, aabb.lower, aabb.upper)
-        };
-        Node {
-            left: bounds(left),
+    children(tree)
+        .map(|[left, right]| Node {
             left_link: link(left),
-            right: bounds(right),
             right_link: link(right),
-        }
-    };
-    if tree[0].is_leaf {
-        // The root needs two children; the only leaf appears twice, at little cost.
-        return vec![node([0, 0])];
-    }
-    (tree.iter())
-        .filter(|node| !node.is_leaf)
-        .map(|parent| node([parent.left, parent.right]))
+            ..Default::default()
+        })
         .collect()
 }
 
-/// A bounding box in grid coordinates, lower | upper << 16 per axis, one step larger than rounding requires.
-fn quantise(grid: &Grid, lower: Vec3, upper: Vec3) -> UVec3 {
-    let low = ((lower - grid.lower) * grid.scale - 1.0).floor();
-    let high = ((upper - grid.lower) * grid.scale + 1.0).ceil();
+/// A bounding box in grid coordinates, lower | upper << 16 per axis, at least one step larger than rounding requires.
+fn quantise(grid: &Grid, aabb: &Aabb) -> UVec3 {
+    // Conversion rounds toward zero.
+    let low = (aabb.lower - grid.lower) * grid.scale - 1.0;
+    let high = (aabb.upper - grid.lower) * grid.scale + 2.0;
     low.as_uvec3() | high.as_uvec3() << 16u32
 }
 

@@ -4,7 +4,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Staging};
 use crate::render::geometry::occlusion::{MAX_PAIRS_IN_A_FRAME, can_occlude};
 use crate::render::geometry::triangle_store::TriangleStore;
-use crate::render::gpu_types::{Normals, Triangle};
+use crate::render::gpu_types::{Grid, Node, Normals, Triangle};
 use crate::render::patches::merging::Merging;
 use crate::scene::{Atlas, Mesh, Scene};
 use std::borrow::Cow;
@@ -106,7 +106,10 @@ impl DeviceGeometry {
             &store.triangles[range.clone()],
         )?;
         staging.write(&self.normals, range.start, &store.normals[range])?;
-        staging.write(&self.nodes, 0, &store.nodes())?;
+        let (grid, nodes) = store.hierarchy();
+        const { assert!(size_of::<Grid>() == size_of::<Node>()) };
+        staging.write(&self.nodes, 0, std::slice::from_ref(grid))?;
+        staging.write(&self.nodes, 1, nodes)?;
         if !self.is_written || moved.iter().any(|&object| self.merging.has(object)) {
             let first = store.triangles.len();
             staging.write(&self.triangles, first, &self.merging.triangles)?;

@@ -6,10 +6,10 @@
 
 use crate::error::{Error, Result};
 use crate::render::geometry::bvh::Bvh;
-use crate::render::gpu_types;
 use crate::render::gpu_types::constants::{
     COUNT_SHIFT, IS_MESH_RECEIVER, OCCLUDES, OCCLUDES_ENVIRONMENT,
 };
+use crate::render::gpu_types::{self, Grid, Node};
 use crate::scene::{Atlas, Geometry, MaterialKind, Mesh, Object, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use std::borrow::Cow;
@@ -24,7 +24,9 @@ pub struct TriangleStore {
     bvh: Bvh,
     /// Index into `triangles` of each triangle of the scene, object by object.
     indices: Vec<u32>,
-    /// Range of each object in `indices`.
+    /// The triangles of the scene, object by object, in the order of `triangles`.
+    numbers: Vec<u32>,
+    /// Range of each object in `indices` and in `numbers`.
     ranges: Vec<Range<usize>>,
     /// Per object: whether it is a rect, whose two triangles are each other's twin.
     is_rect: Vec<bool>,
@@ -90,6 +92,7 @@ impl TriangleStore {
             triangles,
             normals,
             indices: Vec::new(),
+            numbers: Vec::new(),
             ranges,
             is_rect: (scene.objects.iter())
                 .map(|object| matches!(object.geometry, Geometry::Rect(_)))
@@ -106,8 +109,13 @@ impl TriangleStore {
         self.triangles = picked(&self.triangles, order);
         self.normals = picked(&self.normals, order);
         self.indices = vec![0; order.len()];
-        for (place, index) in order.iter().enumerate() {
-            self.indices[*index as usize] = place as u32;
+        self.numbers = vec![0; order.len()];
+        let mut next: Vec<usize> = self.ranges.iter().map(|range| range.start).collect();
+        for (place, &number) in order.iter().enumerate() {
+            self.indices[number as usize] = place as u32;
+            let next = &mut next[self.triangles[place].object as usize];
+            self.numbers[*next] = number;
+            *next += 1;
         }
         for (range, is_rect) in self.ranges.iter().zip(&self.is_rect) {
             let places = &self.indices[range.clone()];
@@ -118,18 +126,14 @@ impl TriangleStore {
         }
     }
 
-    /// The grid and the nodes, in the layout of the shaders' buffer.
-    pub fn nodes(&self) -> Vec<u8> {
-        [
-            bytemuck::bytes_of(&self.bvh.grid),
-            bytemuck::cast_slice(&self.bvh.nodes),
-        ]
-        .concat()
+    /// The grid of the hierarchy and its nodes, which follow in the shaders' buffer.
+    pub fn hierarchy(&self) -> (&Grid, &[Node]) {
+        (&self.bvh.grid, &self.bvh.nodes)
     }
 
-    /// Maximum size of [`TriangleStore::nodes`], bytes: a hierarchy has one node fewer than triangles.
+    /// Maximum size of [`TriangleStore::hierarchy`], bytes: a hierarchy has one node fewer than triangles.
     pub fn max_node_bytes(&self) -> u64 {
-        (size_of::<gpu_types::Grid>() + self.triangles.len() * size_of::<gpu_types::Node>()) as u64
+        (size_of::<Grid>() + self.triangles.len() * size_of::<Node>()) as u64
     }
 
     /// Indices into [`TriangleStore::triangles`] of an object's triangles, in the order of its mesh.
@@ -140,8 +144,11 @@ impl TriangleStore {
     /// Overwrites an object's vertices with those of `mesh`, of the same topology. Call
     /// [`TriangleStore::refit_or_rebuild`] afterwards.
     pub fn set_mesh(&mut self, object: usize, mesh: &Mesh) {
-        for (corners, place) in mesh.triangles.iter().zip(self.ranges[object].clone()) {
-            let place = self.indices[place] as usize;
+        let range = self.ranges[object].clone();
+        // Writing in the order of memory takes half of the time.
+        for &number in &self.numbers[range.clone()] {
+            let corners = &mesh.triangles[number as usize - range.start];
+            let place = self.indices[number as usize] as usize;
             let triangle = &mut self.triangles[place];
             [triangle.position, triangle.edge1, triangle.edge2] =
                 geometry_of(mesh, corners, self.origin);
