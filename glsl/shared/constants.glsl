@@ -18,6 +18,8 @@ const int ID_COUNTS_FLUX = 9;
 const int ID_SHOWS_LIGHTS = 10;
 // Triangles of casters may be merged.
 const int ID_HAS_MERGED = 11;
+// Pictures have one sample a pixel.
+const int ID_ONE_SAMPLE = 12;
 
 // `Triangle.flags`: the triangle casts shadows.
 const uint OCCLUDES = 1;

@@ -13,6 +13,7 @@ layout(std430, binding = 2) buffer Counts { uint counts[]; };
 layout(std430, binding = 3) writeonly buffer Pixels { uint pixels[]; };
 
 layout(constant_id = ID_SHOWS_LIGHTS) const bool SHOWS_LIGHTS = true;
+layout(constant_id = ID_ONE_SAMPLE) const bool ONE_SAMPLE = true;
 
 #include "view_ray.glsl"
 #include "light.glsl"
@@ -51,7 +52,9 @@ void main() {
     int last = int(push.side) - 1;
     uint first = texelFetch(visible, corner, 0).r;
     bool is_even = true;
-    if (push.side == 2) {
+    if (ONE_SAMPLE) {
+        // Shows one triangle.
+    } else if (push.side == 2) {
         // The samples of the lower left, lower right, upper right, upper left.
         vec2 place = (vec2(corner) + 1.0) / vec2(textureSize(visible, 0));
         uvec4 all = textureGather(visible, place);

@@ -128,10 +128,11 @@ impl Recorder {
 
     /// Draws into a color image and a depth image that lie in the same places, one draw after the other: pipeline, push
     /// constants, what to draw. In the rectangle `area` (left, top, width, height), numbers are all ones before, light
-    /// and depths 0. `viewport` maps clip space to texels in the same way.
+    /// is 0, and so are depths unless they `are_kept`. `viewport` maps clip space to texels in the same way.
     pub fn draw_with_depth<P: Pod>(
         &mut self,
         [color, depth]: [&Image; 2],
+        are_kept: bool,
         area: [u32; 4],
         viewport: [f32; 4],
         draws: &[(&BoundPipeline, P, Vertices)],
@@ -165,7 +166,10 @@ impl Recorder {
                 .clear_value(value)
         };
         let color = cleared(color, vk::ClearValue { color: nothing });
-        let depth = cleared(depth, vk::ClearValue::default());
+        let depth = match are_kept {
+            true => attachment(depth).load_op(vk::AttachmentLoadOp::LOAD),
+            false => cleared(depth, vk::ClearValue::default()),
+        };
         self.draw_into([color, depth], area, viewport, draws);
     }
 

@@ -25,7 +25,7 @@ pub enum Topology {
 pub type Constants = [bool; CONSTANTS];
 
 /// Number of specialisation constants.
-pub const CONSTANTS: usize = 12;
+pub const CONSTANTS: usize = 13;
 
 /// A compiled pipeline and its layout. The context owns it and hands out the same one for the same shaders, so that
 /// a buffer that grows rebuilds a descriptor set only.

@@ -8,7 +8,7 @@ use crate::gpu::{
 };
 use crate::render::device_scene::DeviceScene;
 use crate::render::dispatch::GroupRect;
-use crate::render::gpu_types::constants::{ID_SHOWS_LIGHTS, SPLAT_GROUP};
+use crate::render::gpu_types::constants::{ID_ONE_SAMPLE, ID_SHOWS_LIGHTS, SPLAT_GROUP};
 use crate::render::gpu_types::{CameraPush, Light, ViewPush};
 use crate::render::view::work_list::{Items, WorkList};
 use crate::scene::Camera;
@@ -34,8 +34,8 @@ pub struct View {
     shade: BoundPipeline,
     /// Linear radiance, W/m²/sr.
     pub image: Image,
-    /// Depth at the pixels' centres.
-    pub depth: Image,
+    /// Depth at the pixels' centres; `None` where these are the samples.
+    depth: Option<Image>,
     /// Triangles at the samples of a tile of the picture, and their depth.
     samples: [Image; 2],
     /// Luminance of the pixels of a tile that show one mirror or interface, without the detail of textures.
@@ -67,7 +67,10 @@ impl View {
         let tile = tile_size(size, side, context.max_image_side());
         let of_texels =
             |name, size, texel| Image::of_texels(context, name, size, 1, Sampling::Nearest, texel);
-        let depth = of_texels("view depth", size, Texel::Depth)?;
+        let samples_are_centres = side == 1 && tile == size;
+        let depth = (!samples_are_centres)
+            .then(|| of_texels("view depth", size, Texel::Depth))
+            .transpose()?;
         let sides = tile.map(|pixels| side * pixels);
         let samples = [
             of_texels("view samples", sides, Texel::Number)?,
@@ -92,6 +95,7 @@ impl View {
         let list = |shows_lights| {
             let mut constants = scene.constants();
             constants[ID_SHOWS_LIGHTS as usize] = shows_lights;
+            constants[ID_ONE_SAMPLE as usize] = side == 1;
             scene.compute_with(constants, context, &shaders::LIST_PIXELS_COMP, &own)
         };
         let draw = |shaders, topology| scene.graphics(context, shaders, topology, &own);
@@ -125,9 +129,7 @@ impl View {
             tile,
             side,
         };
-        for image in made.samples.iter().chain([&made.image, &made.depth]) {
-            scene.staging.prepare(image);
-        }
+        made.images().for_each(|image| scene.staging.prepare(image));
         Ok(made)
     }
 
@@ -138,8 +140,19 @@ impl View {
 
     /// Bytes of device memory.
     pub fn bytes(&self) -> u64 {
-        let images = (self.samples.iter()).chain([&self.image, &self.depth]);
-        images.map(Image::bytes).sum::<u64>() + self.untextured.bytes() + self.pixels.bytes()
+        let of_images: u64 = self.images().map(Image::bytes).sum();
+        of_images + self.untextured.bytes() + self.pixels.bytes()
+    }
+
+    fn images(&self) -> impl Iterator<Item = &Image> {
+        (self.samples.iter())
+            .chain([&self.image])
+            .chain(&self.depth)
+    }
+
+    /// Depth at the pixels' centres.
+    pub fn depth(&self) -> &Image {
+        self.depth.as_ref().unwrap_or(&self.samples[1])
     }
 
     /// The tiles of the picture, which are rendered one after the other in the same memory.
@@ -163,7 +176,7 @@ impl View {
         4 * splits * u64::from(samples)
     }
 
-    /// Records diffuse surfaces and the background of a tile, as seen at the pixels' centres.
+    /// Records diffuse surfaces and the background of a tile, as seen at the pixels' centres, after [`View::record_visible`].
     pub fn record_surfaces(
         &self,
         recorder: &mut Recorder,
@@ -190,11 +203,13 @@ impl View {
             (&self.background, push, Vertices::Count(3)),
         ];
         let [across, down] = self.size().map(|pixels| pixels as f32);
+        let is_depth_known = self.depth.is_none();
         recorder.draw_with_depth(
-            [&self.image, &self.depth],
+            [&self.image, self.depth()],
+            is_depth_known,
             [first.x, first.y, width, height],
             [0.0, 0.0, across, down],
-            &draws,
+            &draws[usize::from(is_depth_known)..],
         );
     }
 
@@ -213,6 +228,7 @@ impl View {
         let all = Vertices::Count(3 * scene.geometry.store.triangles.len() as u32);
         recorder.draw_with_depth(
             self.samples.each_ref(),
+            false,
             [0, 0, width, height],
             [x, y, across, down],
             &[(&self.visible, push, all)],

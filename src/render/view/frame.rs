@@ -5,7 +5,7 @@
 //!                                                          direct light of the environment, where it or geometry changed
 //!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► shadow edges ─► penumbra
 //!          ─► direct points ─► copy points ─► direct atlas ─► dilate                    direct light, where the scene changed
-//!          ─► draw surfaces ─► visible ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
+//!          ─► visible ─► draw surfaces ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
 //! ```
 
 use crate::error::Result;
@@ -195,7 +195,7 @@ pub fn view(
         clear(recorder, &[&view.pixels.counts, &view.untextured])?;
         // A unit of work: what it costs is not taken for that of the work before it.
         recorder.tiled("draw surfaces", 1, 1, |r, _, _| {
-            r.pass("draw surfaces", |r| {
+            r.pass("visible", |r| {
                 // The tile before this one is shaded from the same images.
                 r.barrier(
                     MAPS,
@@ -203,10 +203,12 @@ pub fn view(
                         .and(Access::FRAGMENT_READ)
                         .and(Access::VERTEX_READ),
                 );
-                view.record_surfaces(r, scene, camera, tile);
-            })?;
-            r.pass("visible", |r| {
                 view.record_visible(r, scene, camera, tile);
+            })?;
+            r.pass("draw surfaces", |r| {
+                // With one sample a pixel, its depth.
+                r.barrier(Access::DRAW, Access::DRAW);
+                view.record_surfaces(r, scene, camera, tile);
                 r.barrier(Access::DRAW.and(MAPS), Access::COMPUTE);
             })?;
             Ok(1)

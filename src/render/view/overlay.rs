@@ -326,7 +326,7 @@ impl Overlays {
         if let Some(pipeline) = &self.receivers {
             let push = self.push(scene, view, camera);
             let all = Vertices::Count(3 * scene.geometry.store.triangles.len() as u32);
-            recorder.draw_over([&view.image, &view.depth], &[(pipeline, push, all)]);
+            recorder.draw_over([&view.image, view.depth()], &[(pipeline, push, all)]);
         }
     }
 
@@ -344,7 +344,7 @@ impl Overlays {
                 every: (pairs / MAX_OUTLINES).max(1) as u32,
                 ..self.push(scene, view, camera)
             };
-            recorder.draw_over([&view.image, &view.depth], &[(pipeline, push, vertices)]);
+            recorder.draw_over([&view.image, view.depth()], &[(pipeline, push, vertices)]);
         }
     }
 
@@ -384,7 +384,7 @@ impl Overlays {
             })
             .collect();
         if !draws.is_empty() {
-            recorder.draw_over([&view.image, &view.depth], &draws);
+            recorder.draw_over([&view.image, view.depth()], &draws);
         }
     }
 
