@@ -84,6 +84,7 @@ fn compile_all() -> Result<(), String> {
             &[
                 "present.vert",
                 "present.frag",
+                "stretch.frag",
                 "heat_map.frag",
                 "differences.comp",
             ],

@@ -1,4 +1,4 @@
-// The pictures of both sides, and how the window shows them. Where one side is shown, both are its picture.
+// The pictures of both sides, and how the window shows them, pixel by pixel. Where one side is shown, both are its picture.
 
 layout(set = 0, binding = 0) uniform sampler2D picture_a;
 layout(set = 0, binding = 1) uniform sampler2D picture_b;
@@ -6,14 +6,10 @@ layout(set = 0, binding = 1) uniform sampler2D picture_b;
 // Constants of the pipeline and not of the draw: lavapipe runs both sides of branches.
 // The side to show: B or A.
 layout(constant_id = 0) const bool SHOWS_B = false;
-// Whether pictures are filtered: those of the window's size are not, and their pixels are shown as they are.
-layout(constant_id = 1) const bool FILTERS = false;
 // Whether to encode sRGB, since the target does not.
-layout(constant_id = 2) const bool ENCODES = false;
+layout(constant_id = 1) const bool ENCODES = false;
 
 layout(push_constant) uniform Push {
-    // Pixels of the window.
-    vec2 size;
     // 2^exposure_ev
     float exposure;
     // Difference that the heat map's last colour stands for: W/m^2/sr, or relative.
@@ -24,7 +20,6 @@ layout(push_constant) uniform Push {
 layout(location = 0) out vec4 color;
 
 vec3 radiance(sampler2D picture) {
-    if (FILTERS) return textureLod(picture, gl_FragCoord.xy / size, 0.0).rgb;
     return texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
 }
 

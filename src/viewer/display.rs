@@ -412,9 +412,13 @@ impl Display {
         draw: &Draw,
         shown: Option<Shown>,
     ) -> Result<()> {
-        let device = &self.host.device;
         let (handle, view) = self.swapchain.images[image as usize];
         let size = self.swapchain.size;
+        if let Some(shown) = shown {
+            let (host, exposure) = (&self.host, draw.exposure_ev);
+            (self.present).prepare(host, commands, slot, size, exposure, shown)?;
+        }
+        let device = &self.host.device;
         let output = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
         let target = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
         let barrier =

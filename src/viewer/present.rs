@@ -3,15 +3,16 @@
 use super::bindings::{Bindings, Layout, WindowShader, window_shader};
 use super::compare::Shown;
 use super::host::{Host, failed};
+use super::stretch::{STRETCH, Stretch};
 use ash::vk;
 use nephroid::Result;
 use nephroid::render::MapImage;
 
-static VERTEX: WindowShader = window_shader!("present.vert");
+pub static VERTEX: WindowShader = window_shader!("present.vert");
 static PRESENT: WindowShader = window_shader!("present.frag");
 static HEAT_MAP: WindowShader = window_shader!("heat_map.frag");
 #[cfg(feature = "dev")]
-pub static SHADERS: [&WindowShader; 3] = [&VERTEX, &PRESENT, &HEAT_MAP];
+pub static SHADERS: [&WindowShader; 4] = [&VERTEX, &PRESENT, &HEAT_MAP, &STRETCH];
 
 /// Width of the line between two sides, pixels.
 const DIVIDER_WIDTH: u32 = 2;
@@ -20,7 +21,6 @@ const DIVIDER_WIDTH: u32 = 2;
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Push {
-    size: [f32; 2],
     exposure: f32,
     scale: f32,
     is_relative: u32,
@@ -32,9 +32,11 @@ pub struct Present {
     bindings: Bindings,
     /// Size of the pictures that each set has, pixels.
     sizes: Vec<[u32; 2]>,
-    /// For pictures of the target's size and for others, made when they are first shown.
-    sides: [Option<[vk::Pipeline; 2]>; 2],
-    heat_maps: Option<[vk::Pipeline; 2]>,
+    /// Made when they are first shown, as the next two are.
+    sides: [Option<vk::Pipeline>; 2],
+    heat_map: Option<vk::Pipeline>,
+    /// For pictures of another size than the window's.
+    stretch: Option<Stretch>,
     format: vk::Format,
     encodes: bool,
 }
@@ -49,7 +51,7 @@ impl Present {
             stage: vk::ShaderStageFlags::FRAGMENT,
             images: 2,
             has_buffer: false,
-            filter: vk::Filter::LINEAR,
+            filter: vk::Filter::NEAREST,
             push_bytes: size_of::<Push>(),
         };
         let bindings = Bindings::new(host, layout, frames)?;
@@ -57,29 +59,17 @@ impl Present {
             sizes: vec![[0; 2]; frames],
             bindings,
             sides: [None; 2],
-            heat_maps: None,
+            heat_map: None,
+            stretch: None,
             format,
             encodes,
         })
     }
 
-    /// The pipelines for pictures of the target's size and for others.
-    fn pipelines(
-        &self,
-        host: &Host,
-        shader: &WindowShader,
-        shows_b: bool,
-    ) -> Result<[vk::Pipeline; 2]> {
-        let of = |filters| {
-            let constants = [shows_b, filters, self.encodes];
-            pipeline(host, self.bindings.layout, self.format, shader, constants)
-        };
-        let unfiltered = of(false)?;
-        let filtered = of(true).inspect_err(|_| {
-            // SAFETY: a pipeline of this device that nothing uses.
-            unsafe { host.device.destroy_pipeline(unfiltered, None) };
-        })?;
-        Ok([unfiltered, filtered])
+    fn pipeline(&self, host: &Host, shader: &WindowShader, shows_b: bool) -> Result<vk::Pipeline> {
+        let constants = [shows_b, self.encodes];
+        let shaders = [&VERTEX, shader];
+        pipeline(host, self.bindings.layout, self.format, shaders, &constants)
     }
 
     /// Binds the pictures of both sides for what is recorded next; one side is bound twice. The slot's last frame has ended.
@@ -96,21 +86,51 @@ impl Present {
         self.bindings.write(host, slot, &pictures, None);
         self.sizes[slot] = pictures[0].size;
         if matches!(shown, Shown::HeatMap { .. }) {
-            if self.heat_maps.is_none() {
-                self.heat_maps = Some(self.pipelines(host, &HEAT_MAP, false)?);
+            if self.heat_map.is_none() {
+                self.heat_map = Some(self.pipeline(host, &HEAT_MAP, false)?);
             }
             return Ok(());
         }
         let sides = 1 + usize::from(matches!(shown, Shown::Split { .. }));
         for side in 0..sides {
             if self.sides[side].is_none() {
-                self.sides[side] = Some(self.pipelines(host, &PRESENT, side == 1)?);
+                self.sides[side] = Some(self.pipeline(host, &PRESENT, side == 1)?);
             }
         }
         Ok(())
     }
 
-    /// Records what was bound, within rendering to a target of `size` pixels.
+    /// Records what was bound in its own size, outside of rendering, if [`Present::record`] is to show it in another one.
+    ///
+    /// # Errors
+    /// [`nephroid::Error::Device`] where the device fails.
+    pub fn prepare(
+        &mut self,
+        host: &Host,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        size: [u32; 2],
+        exposure_ev: f64,
+        shown: Shown,
+    ) -> Result<()> {
+        let of_picture = self.sizes[slot];
+        if of_picture == size {
+            return Ok(());
+        }
+        let mut stretch = match self.stretch.take() {
+            Some(stretch) => stretch,
+            None => Stretch::new(host, self.format)?,
+        };
+        let drawn = stretch.target(host, of_picture).map(|target| {
+            target.draw(host, commands, || {
+                self.record_pixels(host, commands, slot, exposure_ev, shown);
+            });
+        });
+        self.stretch = Some(stretch);
+        drawn
+    }
+
+    /// Records what was bound, within rendering to a target of `size` pixels, after [`Present::prepare`] if it has another size.
     pub fn record(
         &self,
         host: &Host,
@@ -120,18 +140,42 @@ impl Present {
         exposure_ev: f64,
         shown: Shown,
     ) {
+        let of_picture = self.sizes[slot];
+        match &self.stretch {
+            Some(stretch) if of_picture != size => {
+                set_viewport(&host.device, commands, size);
+                stretch.record(host, commands, size);
+            }
+            _ => self.record_pixels(host, commands, slot, exposure_ev, shown),
+        }
+        if let Shown::Split { divider } = shown {
+            let scale = f64::from(size[0]) / f64::from(of_picture[0]);
+            let middle = f64::from(columns_of_a(of_picture, divider)) * scale;
+            let (middle, half) = (middle.round() as u32, DIVIDER_WIDTH / 2);
+            let line = [middle.saturating_sub(half), (middle + half).min(size[0])];
+            clear(&host.device, commands, strip(line, size[1]));
+        }
+    }
+
+    /// Records what was bound in its own size, within rendering.
+    fn record_pixels(
+        &self,
+        host: &Host,
+        commands: vk::CommandBuffer,
+        slot: usize,
+        exposure_ev: f64,
+        shown: Shown,
+    ) {
         let device = &host.device;
-        let [width, height] = size.map(|side| side as f32);
+        let size = self.sizes[slot];
         let point = vk::PipelineBindPoint::GRAPHICS;
         let (scale, is_relative) = match shown {
             Shown::HeatMap { scale, is_relative } => (scale, is_relative),
             _ => (1.0, false),
         };
-        let filters = self.sizes[slot] != size;
-        let draw = |pipelines: Option<[vk::Pipeline; 2]>, columns: [u32; 2]| {
-            let pipelines = pipelines.expect("made when it was bound");
+        let draw = |pipeline: Option<vk::Pipeline>, columns: [u32; 2]| {
+            let pipeline = pipeline.expect("made when it was bound");
             let push = Push {
-                size: [width, height],
                 exposure: exposure_ev.exp2() as f32,
                 scale: scale as f32,
                 is_relative: is_relative.into(),
@@ -139,51 +183,65 @@ impl Present {
             let stages = vk::ShaderStageFlags::FRAGMENT;
             // SAFETY: the command buffer is recording, and the slot's set is bound to pictures.
             unsafe {
-                device.cmd_bind_pipeline(commands, point, pipelines[usize::from(filters)]);
+                device.cmd_bind_pipeline(commands, point, pipeline);
                 device.cmd_set_scissor(commands, 0, &[strip(columns, size[1])]);
                 let bytes = bytemuck::bytes_of(&push);
                 device.cmd_push_constants(commands, self.bindings.layout, stages, 0, bytes);
                 device.cmd_draw(commands, 3, 1, 0, 0);
             }
         };
-        let viewport = vk::Viewport {
-            width,
-            height,
-            max_depth: 1.0,
-            ..Default::default()
-        };
         let set = self.bindings.sets[slot];
+        set_viewport(device, commands, size);
         // SAFETY: the command buffer is recording.
         unsafe {
-            device.cmd_set_viewport(commands, 0, &[viewport]);
             device.cmd_bind_descriptor_sets(commands, point, self.bindings.layout, 0, &[set], &[]);
         }
         match shown {
             Shown::One => draw(self.sides[0], [0, size[0]]),
-            Shown::HeatMap { .. } => draw(self.heat_maps, [0, size[0]]),
+            Shown::HeatMap { .. } => draw(self.heat_map, [0, size[0]]),
             Shown::Split { divider } => {
-                let middle = ((divider * width).round() as u32).min(size[0]);
+                let middle = columns_of_a(size, divider);
                 for (side, columns) in self.sides.into_iter().zip([[0, middle], [middle, size[0]]])
                 {
                     if columns[0] < columns[1] {
                         draw(side, columns);
                     }
                 }
-                let half = DIVIDER_WIDTH / 2;
-                let line = [middle.saturating_sub(half), (middle + half).min(size[0])];
-                clear(device, commands, strip(line, size[1]));
             }
         }
     }
 
     /// The device must be idle.
-    pub fn destroy(&self, host: &Host) {
-        let pipelines = self.sides.iter().chain([&self.heat_maps]).flatten();
-        for &pipeline in pipelines.flatten() {
+    pub fn destroy(&mut self, host: &Host) {
+        for pipeline in self.sides.iter().chain([&self.heat_map]).flatten() {
             // SAFETY: the device is idle.
-            unsafe { host.device.destroy_pipeline(pipeline, None) };
+            unsafe { host.device.destroy_pipeline(*pipeline, None) };
+        }
+        if let Some(stretch) = &mut self.stretch {
+            stretch.destroy(host);
         }
         self.bindings.destroy(host);
+    }
+}
+
+/// Columns of a picture of `size` that show A, left of the divider.
+fn columns_of_a(size: [u32; 2], divider: f32) -> u32 {
+    ((divider * size[0] as f32).round() as u32).min(size[0])
+}
+
+/// Has draws cover a target of `size` pixels.
+fn set_viewport(device: &ash::Device, commands: vk::CommandBuffer, size: [u32; 2]) {
+    let [width, height] = size.map(|side| side as f32);
+    let viewport = vk::Viewport {
+        width,
+        height,
+        max_depth: 1.0,
+        ..Default::default()
+    };
+    // SAFETY: the command buffer is recording.
+    unsafe {
+        device.cmd_set_viewport(commands, 0, &[viewport]);
+        device.cmd_set_scissor(commands, 0, &[whole(size)]);
     }
 }
 
@@ -224,26 +282,34 @@ fn clear(device: &ash::Device, commands: vk::CommandBuffer, rect: vk::Rect2D) {
     unsafe { device.cmd_clear_attachments(commands, &attachment, &rects) };
 }
 
-/// `constants` are those of `glsl/viewer/pictures.glsl`.
-fn pipeline(
+/// A pipeline that covers targets of `format`. `constants` are those of the shaders, by their ids.
+///
+/// # Errors
+/// [`nephroid::Error::Device`] where the device fails.
+pub fn pipeline(
     host: &Host,
     layout: vk::PipelineLayout,
     format: vk::Format,
-    fragment: &WindowShader,
-    constants: [bool; 3],
+    [vertex, fragment]: [&WindowShader; 2],
+    constants: &[bool],
 ) -> Result<vk::Pipeline> {
     let device = &host.device;
-    let values = constants.map(vk::Bool32::from);
-    let entries = [0, 1, 2].map(|id| {
-        vk::SpecializationMapEntry::default()
-            .constant_id(id)
-            .offset(id * size_of::<vk::Bool32>() as u32)
-            .size(size_of::<vk::Bool32>())
-    });
+    let values: Vec<_> = constants
+        .iter()
+        .map(|&is_so| vk::Bool32::from(is_so))
+        .collect();
+    let entries: Vec<_> = (0..values.len() as u32)
+        .map(|id| {
+            vk::SpecializationMapEntry::default()
+                .constant_id(id)
+                .offset(id * size_of::<vk::Bool32>() as u32)
+                .size(size_of::<vk::Bool32>())
+        })
+        .collect();
     let constants = vk::SpecializationInfo::default()
         .map_entries(&entries)
         .data(bytemuck::cast_slice(&values));
-    let modules = [VERTEX.module(host)?, fragment.module(host)?];
+    let modules = [vertex.module(host)?, fragment.module(host)?];
     let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
     let stages = [0, 1].map(|i| {
         vk::PipelineShaderStageCreateInfo::default()

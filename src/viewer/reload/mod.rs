@@ -18,9 +18,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
 
 /// Bytes. Drivers compile pipelines on the thread, and need as much as on the main one.
 const STACK: usize = 8 << 20;
+/// How often the sources are looked at, of which there are many.
+const EVERY: Duration = Duration::from_secs(1);
 
 /// The sources of the shaders that were built in.
 pub fn built_from() -> PathBuf {
@@ -31,6 +34,8 @@ pub fn built_from() -> PathBuf {
 pub struct Shaders {
     folder: PathBuf,
     watch: Watch,
+    /// When the sources were last looked at.
+    looked: Instant,
     /// Since all shaders on the device were compiled.
     changed: BTreeSet<PathBuf>,
     /// Whether that is to be compiled.
@@ -45,6 +50,7 @@ impl Shaders {
         Self {
             folder: folder.to_owned(),
             watch: Watch::new(files(folder).into_iter()),
+            looked: Instant::now(),
             changed: BTreeSet::new(),
             is_stale: false,
             compilation: None,
@@ -54,7 +60,14 @@ impl Shaders {
 
     /// Compiles what changed on a thread; the outcome once it is there.
     pub fn follow(&mut self, context: &Arc<Context>) -> Option<Result<Compiled, String>> {
-        let changed = self.watch.changed();
+        let is_due = self.looked.elapsed() >= EVERY;
+        let changed = match is_due {
+            true => self.watch.changed(),
+            false => Vec::new(),
+        };
+        if is_due {
+            self.looked = Instant::now();
+        }
         if !changed.is_empty() {
             self.changed.extend(changed);
             self.watch.add(files(&self.folder).into_iter());
