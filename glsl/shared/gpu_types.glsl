@@ -86,13 +86,13 @@ struct DiffuseSurface {
     vec3 normal;     // unit
     uint width;      // texels of the direct map
     uint height;
-    uint light_scale; // rect: texels of the direct map along a side of a texel of the light map; 0: no light map
-    uint light_x;    // tile of the light map
-    uint light_y;
     uint environment_scale;  // rect: texels of the direct map along a side of a texel of the direct map of the environment, whose tile has the same origin
     uint first_block; // rect: of its blocks, row by row
     uint triangle;   // rect: one of its triangles
-    uint unused;
+    uint light_x;    // tile of the light map
+    uint light_y;
+    uint light_width; // texels of the light map; 0: none
+    uint light_height;
 };
 
 // Texture of the triangle with the same index: coordinates of its corners in repeats of the image, v upward, and the image's

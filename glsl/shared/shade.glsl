@@ -62,10 +62,10 @@ vec3 irradiance(uint object, uint index, vec3 x, vec2 weights) {
     }
     vec2 texel = to_texels(plane_of(surface), x);
     vec3 sum = look_up(direct_map, tile, size, texel);
-    if (surface.light_scale > 0) {
+    if (surface.light_width > 0) {
         vec2 light_tile = vec2(surface.light_x, surface.light_y);
-        float scale = 1.0 / float(surface.light_scale);
-        sum += look_up_smooth(light_map, light_tile, size * scale, light_tile + (texel - tile) * scale);
+        vec2 light_size = vec2(surface.light_width, surface.light_height);
+        sum += look_up_smooth(light_map, light_tile, light_size, light_tile + (texel - tile) * (light_size / size));
     }
     return sum;
 }

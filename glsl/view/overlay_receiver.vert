@@ -25,11 +25,11 @@ void main() {
     DiffuseSurface surface = surface_at(triangle.object);
     vec3 x = corner_of(triangle, corner);
     is_planar = surface.kind == PLANE ? 1 : 0;
-    uint scale = surface.kind == PLANE ? surface.light_scale : 1;
-    bool has_map = scale > 0 && (surface.kind == PLANE || surface.kind == ATLAS);
-    tile = uvec4(surface.light_x, surface.light_y, uvec2(surface.width, surface.height) / max(scale, 1u));
+    bool has_map = surface.light_width > 0 && (surface.kind == PLANE || surface.kind == ATLAS);
+    tile = uvec4(surface.light_x, surface.light_y, surface.light_width, surface.light_height);
     if (is_planar != 0) {
-        place = (to_texels(plane_of(surface), x) - vec2(surface.tile_x, surface.tile_y)) / float(max(scale, 1u));
+        vec2 direct_place = to_texels(plane_of(surface), x) - vec2(surface.tile_x, surface.tile_y);
+        place = direct_place * (vec2(tile.zw) / vec2(surface.width, surface.height));
     } else {
         int receiver = has_map ? object.receiver : 0;
         place = light_map_position(mesh_receivers[receiver], normals_at(index), vec2(corner == 1, corner == 2));

@@ -31,9 +31,8 @@ void main() {
     albedo = object_at(triangle.object).color;
     uv = texture_corner(index, corner, texture_levels_of);
     direct_tile = vec4(surface.tile_x, surface.tile_y, surface.width, surface.height);
-    float scale = surface.light_scale > 0 ? 1.0 / float(surface.light_scale) : 0.0;
-    light_tile = vec4(surface.light_x, surface.light_y, direct_tile.zw * scale);
+    light_tile = vec4(surface.light_x, surface.light_y, surface.light_width, surface.light_height);
     places.xy = to_texels(plane_of(surface), x);
-    places.zw = light_tile.xy + (places.xy - direct_tile.xy) * scale;
+    places.zw = light_tile.xy + (places.xy - direct_tile.xy) * (light_tile.zw / direct_tile.zw);
     gl_Position = seen_at(x);
 }

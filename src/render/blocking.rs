@@ -260,13 +260,24 @@ impl Renderer {
         let tile = self.tile(object)?;
         let fine = read(&self.direct.map, tile.direct.origin, tile.direct.size)?;
         let [width, height] = tile.light.size;
-        let scale = tile.direct.size[0] / width;
         let mut pixels = vec![[0.0f32; 3]; (width * height) as usize];
-        for (index, rgb) in (0..).zip(&fine.pixels) {
-            let [column, row] = [index % fine.width, index / fine.width].map(|at| at / scale);
-            let texel = &mut pixels[(row * width + column) as usize];
-            for (sum, value) in texel.iter_mut().zip(rgb) {
-                *sum += value / (scale * scale) as f32;
+        if fine.width < width {
+            // In motion.
+            for (index, pixel) in (0..).zip(&mut pixels) {
+                let [x, y] = [
+                    index % width * fine.width / width,
+                    index / width * fine.height / height,
+                ];
+                *pixel = fine.pixels[(y * fine.width + x) as usize];
+            }
+        } else {
+            let scale = fine.width / width;
+            for (index, rgb) in (0..).zip(&fine.pixels) {
+                let [column, row] = [index % fine.width, index / fine.width].map(|at| at / scale);
+                let texel = &mut pixels[(row * width + column) as usize];
+                for (sum, value) in texel.iter_mut().zip(rgb) {
+                    *sum += value / (scale * scale) as f32;
+                }
             }
         }
         let image = RgbImage {

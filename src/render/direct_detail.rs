@@ -6,9 +6,9 @@ use crate::render::receivers::surfaces::Halvings;
 
 impl Renderer {
     /// Has direct light that is computed from the next frame on halve the sides of its maps so often, for pictures in motion, whose
-    /// time it would dominate. Maps of suns and lamps keep the texels of light maps, and those with at most 256 texels along a side are not
-    /// halved; that of the environment is no finer. Edges of shadows are found with fewer rays. Maps that show the scene in more detail are
-    /// kept; coarser ones are computed again.
+    /// time it would dominate. Maps with at most 256 texels along a side are not halved; those of the environment are no finer than
+    /// those of suns and lamps. Edges of shadows are found with fewer rays. Light maps of caustics keep their texels. Maps that show the
+    /// scene in more detail are kept; coarser ones are computed again.
     pub fn set_direct_halvings(&mut self, halvings: u32) {
         self.direct_halvings = halvings;
     }

@@ -42,8 +42,8 @@ mirrors! {
     }
     DiffuseSurface {
         origin: Vec3, kind: u32, edge_u: Vec3, tile_x: u32, edge_v: Vec3, tile_y: u32, normal: Vec3, width: u32,
-        height: u32, light_scale: u32, light_x: u32, light_y: u32,
-        environment_scale: u32, first_block: u32, triangle: u32, unused: u32,
+        height: u32, environment_scale: u32, first_block: u32, triangle: u32,
+        light_x: u32, light_y: u32, light_width: u32, light_height: u32,
     }
     TexturedTriangle { uv0: Vec2, uv1: Vec2, uv2: Vec2, first_level: u32, level_count: u32, }
     TextureLevel { origin: UVec2, size: UVec2, }

@@ -32,8 +32,7 @@ pub struct SurfaceTile {
     pub tile: Tile,
     /// Index among the mesh receivers; `None` for a rect.
     pub mesh_receiver: Option<u32>,
-    /// Texels along a side of a texel of the light map; 0 without a light map.
-    pub light_scale: u32,
+    /// Texels along a side of a texel of the direct map of the environment.
     pub environment_scale: u32,
     first_block: u32,
 }
@@ -66,18 +65,13 @@ impl SurfaceTile {
         ]
     }
 
-    /// The tile with fewer texels, though no fewer than its light map and than its tile of the direct map of the environment.
+    /// The tile with fewer texels, though no fewer than its tile of the direct map of the environment.
     fn halved(&self, halvings: Halvings) -> Self {
-        let of_light_map = match self.light_scale {
-            0 => u32::MAX,
-            scale => scale.ilog2(),
-        };
-        let most = of_light_map.min(self.environment_scale.ilog2());
+        let most = self.environment_scale.ilog2();
         let [lights, environment] = [halvings.lights, halvings.environment].map(|of| of.min(most));
         let size = self.tile.size.map(|side| side.div_ceil(1 << lights));
         Self {
             tile: Tile { size, ..self.tile },
-            light_scale: self.light_scale >> lights,
             environment_scale: self.environment_scale >> lights << environment,
             ..*self
         }
@@ -139,7 +133,7 @@ impl DeviceSurfaces {
         store: &TriangleStore,
     ) -> Result<Self> {
         let mut tiles = Vec::new();
-        for (object, scale, size) in rect_sizes(scene) {
+        for (object, size) in rect_sizes(scene) {
             let environment_scale =
                 (size[0].max(size[1]).div_ceil(MAX_ENVIRONMENT_SIDE)).next_power_of_two();
             tiles.push(SurfaceTile {
@@ -149,7 +143,6 @@ impl DeviceSurfaces {
                     size,
                 },
                 mesh_receiver: None,
-                light_scale: scale,
                 environment_scale,
                 first_block: 0,
             });
@@ -158,7 +151,6 @@ impl DeviceSurfaces {
             tiles.push(SurfaceTile {
                 tile: *tile,
                 mesh_receiver: Some(index),
-                light_scale: 1,
                 environment_scale: 1,
                 first_block: 0,
             });
@@ -257,16 +249,18 @@ impl DeviceSurfaces {
             let object = tile.tile.object;
             let [[tile_x, tile_y], [width, height]] = [tile.tile.origin, tile.tile.size];
             let light_tile = receivers.tiles.iter().find(|light| light.object == object);
-            let [light_x, light_y] = light_tile.map_or([0, 0], |light| light.origin);
+            let [[light_x, light_y], [light_width, light_height]] =
+                light_tile.map_or([[0; 2]; 2], |light| [light.origin, light.size]);
             surfaces[object] = DiffuseSurface {
                 kind: ATLAS,
                 tile_x,
                 tile_y,
                 width,
                 height,
-                light_scale: tile.light_scale,
                 light_x,
                 light_y,
+                light_width,
+                light_height,
                 environment_scale: tile.environment_scale,
                 first_block: tile.first_block,
                 triangle: store.indices(object)[0],
@@ -375,10 +369,11 @@ fn is_diffuse(scene: &Scene, object: usize) -> bool {
     matches!(scene.materials[material].kind, MaterialKind::Diffuse { .. })
 }
 
-/// For every diffuse rect: object, direct-map texels along a side of a light-map texel (0: no light map), and size of the tile.
-fn rect_sizes(scene: &Scene) -> Vec<(usize, u32, [u32; 2])> {
+/// For every diffuse rect: object, and size of the tile. A texel of a light map has a whole number of texels of the tile.
+fn rect_sizes(scene: &Scene) -> Vec<(usize, [u32; 2])> {
     let has_lights =
         (scene.lights.iter()).any(|light| !matches!(light.kind, LightKind::Environment { .. }));
+    // Object, texels along a side of a texel of the light map (0: no light map), size.
     let mut found = Vec::new();
     for (index, object) in scene.objects.iter().enumerate() {
         let Geometry::Rect(rect) = &object.geometry else {
@@ -414,7 +409,9 @@ fn rect_sizes(scene: &Scene) -> Vec<(usize, u32, [u32; 2])> {
         *scale /= 2;
         *size = size.map(|side| side / 2);
     }
-    found
+    (found.into_iter())
+        .map(|(object, _, size)| (object, size))
+        .collect()
 }
 
 fn size_of_unmapped(rect: &Rect, has_lights: bool) -> [u32; 2] {
