@@ -44,12 +44,15 @@ void main() {
     for (uint group = 0; group < DIRECT_CELL_GROUPS; group++) {
         if ((around.any >> group & 1) == 0) sum += open_groups[items[item].y * DIRECT_CELL_GROUPS + group].rgb;
     }
+    // One in every step of cells, in other places of the steps from step to step and from group to group, so that the rays do not all
+    // miss what is on one side of an edge.
     uint first = (texel.x + texel.y) % DIRECT_CELLS_STEP;
     const uint rays = CELLS_OF_GROUP / DIRECT_CELLS_STEP;
     uint unknown = around.any & ~around.all;
     for (uint ray = 0; unknown != 0;) {
         uint group = findLSB(unknown);
-        DirectCell cell = direct_cell_at(group * CELLS_OF_GROUP + DIRECT_CELLS_STEP * ray + first);
+        uint place = (first + ray + group) % DIRECT_CELLS_STEP;
+        DirectCell cell = direct_cell_at(group * CELLS_OF_GROUP + DIRECT_CELLS_STEP * ray + place);
         vec3 light = float(DIRECT_CELLS_STEP) * open_irradiance(cell, plane.normal);
         if (light != vec3(0.0) && !is_cell_occluded(cell, x, plane.normal, surface.triangle)) sum += light;
         ray = (ray + 1) % rays;
