@@ -2,11 +2,12 @@
 
 use super::capture::{Capture, Captured};
 use super::compare::{Difference, Shown};
+use super::cover::whole;
 use super::differences::Differences;
 use super::host::{Host, HostOptions, failed};
 #[cfg(feature = "dev")]
 use super::loss::Loss;
-use super::present::{Present, whole};
+use super::present::Present;
 use super::side::{MAX_SIDES, Side, record};
 use super::slot::{Slot, slots};
 use super::swapchain::{Presented, Swapchain, color_range};

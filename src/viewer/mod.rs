@@ -13,6 +13,7 @@ mod capture;
 mod compare;
 mod compare_panel;
 mod controls;
+mod cover;
 mod dialogs;
 mod differences;
 mod display;

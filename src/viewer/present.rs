@@ -2,17 +2,22 @@
 
 use super::bindings::{Bindings, Layout, WindowShader, window_shader};
 use super::compare::Shown;
-use super::host::{Host, failed};
-use super::stretch::{STRETCH, Stretch};
+use super::cover::{pipeline, set_viewport, strip};
+use super::host::Host;
+use super::stretch::Stretch;
 use ash::vk;
 use nephroid::Result;
 use nephroid::render::MapImage;
 
-pub static VERTEX: WindowShader = window_shader!("present.vert");
 static PRESENT: WindowShader = window_shader!("present.frag");
 static HEAT_MAP: WindowShader = window_shader!("heat_map.frag");
 #[cfg(feature = "dev")]
-pub static SHADERS: [&WindowShader; 4] = [&VERTEX, &PRESENT, &HEAT_MAP, &STRETCH];
+pub static SHADERS: [&WindowShader; 4] = [
+    &super::cover::VERTEX,
+    &PRESENT,
+    &HEAT_MAP,
+    &super::stretch::STRETCH,
+];
 
 /// Width of the line between two sides, pixels.
 const DIVIDER_WIDTH: u32 = 2;
@@ -68,8 +73,7 @@ impl Present {
 
     fn pipeline(&self, host: &Host, shader: &WindowShader, shows_b: bool) -> Result<vk::Pipeline> {
         let constants = [shows_b, self.encodes];
-        let shaders = [&VERTEX, shader];
-        pipeline(host, self.bindings.layout, self.format, shaders, &constants)
+        pipeline(host, self.bindings.layout, self.format, shader, &constants)
     }
 
     /// Binds the pictures of both sides for what is recorded next; one side is bound twice. The slot's last frame has ended.
@@ -229,41 +233,6 @@ fn columns_of_a(size: [u32; 2], divider: f32) -> u32 {
     ((divider * size[0] as f32).round() as u32).min(size[0])
 }
 
-/// Has draws cover a target of `size` pixels.
-fn set_viewport(device: &ash::Device, commands: vk::CommandBuffer, size: [u32; 2]) {
-    let [width, height] = size.map(|side| side as f32);
-    let viewport = vk::Viewport {
-        width,
-        height,
-        max_depth: 1.0,
-        ..Default::default()
-    };
-    // SAFETY: the command buffer is recording.
-    unsafe {
-        device.cmd_set_viewport(commands, 0, &[viewport]);
-        device.cmd_set_scissor(commands, 0, &[whole(size)]);
-    }
-}
-
-/// All of a target.
-pub fn whole([width, height]: [u32; 2]) -> vk::Rect2D {
-    strip([0, width], height)
-}
-
-/// Columns of a target from the first up to the second.
-fn strip([from, to]: [u32; 2], height: u32) -> vk::Rect2D {
-    vk::Rect2D {
-        offset: vk::Offset2D {
-            x: from as i32,
-            y: 0,
-        },
-        extent: vk::Extent2D {
-            width: to - from,
-            height,
-        },
-    }
-}
-
 /// Fills a part of the target with the colour of the divider.
 fn clear(device: &ash::Device, commands: vk::CommandBuffer, rect: vk::Rect2D) {
     let attachment = [vk::ClearAttachment {
@@ -280,78 +249,4 @@ fn clear(device: &ash::Device, commands: vk::CommandBuffer, rect: vk::Rect2D) {
     }];
     // SAFETY: within rendering, and inside the target.
     unsafe { device.cmd_clear_attachments(commands, &attachment, &rects) };
-}
-
-/// A pipeline that covers targets of `format`. `constants` are those of the shaders, by their ids.
-///
-/// # Errors
-/// [`nephroid::Error::Device`] where the device fails.
-pub fn pipeline(
-    host: &Host,
-    layout: vk::PipelineLayout,
-    format: vk::Format,
-    [vertex, fragment]: [&WindowShader; 2],
-    constants: &[bool],
-) -> Result<vk::Pipeline> {
-    let device = &host.device;
-    let values: Vec<_> = constants
-        .iter()
-        .map(|&is_so| vk::Bool32::from(is_so))
-        .collect();
-    let entries: Vec<_> = (0..values.len() as u32)
-        .map(|id| {
-            vk::SpecializationMapEntry::default()
-                .constant_id(id)
-                .offset(id * size_of::<vk::Bool32>() as u32)
-                .size(size_of::<vk::Bool32>())
-        })
-        .collect();
-    let constants = vk::SpecializationInfo::default()
-        .map_entries(&entries)
-        .data(bytemuck::cast_slice(&values));
-    let modules = [vertex.module(host)?, fragment.module(host)?];
-    let stages = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
-    let stages = [0, 1].map(|i| {
-        vk::PipelineShaderStageCreateInfo::default()
-            .stage(stages[i])
-            .module(modules[i])
-            .specialization_info(&constants)
-            .name(c"main")
-    });
-    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
-        .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
-    let viewport = vk::PipelineViewportStateCreateInfo::default()
-        .viewport_count(1)
-        .scissor_count(1);
-    let raster = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
-    let multisample = vk::PipelineMultisampleStateCreateInfo::default()
-        .rasterization_samples(vk::SampleCountFlags::TYPE_1);
-    let attachments = [vk::PipelineColorBlendAttachmentState::default()
-        .color_write_mask(vk::ColorComponentFlags::RGBA)];
-    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
-    let dynamic = vk::PipelineDynamicStateCreateInfo::default()
-        .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
-    let formats = [format];
-    let mut rendering =
-        vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
-    let info = vk::GraphicsPipelineCreateInfo::default()
-        .stages(&stages)
-        .vertex_input_state(&vertex_input)
-        .input_assembly_state(&assembly)
-        .viewport_state(&viewport)
-        .rasterization_state(&raster)
-        .multisample_state(&multisample)
-        .color_blend_state(&blend)
-        .dynamic_state(&dynamic)
-        .layout(layout)
-        .push_next(&mut rendering);
-    // SAFETY: modules and layout are of this device; modules are not needed afterwards.
-    unsafe {
-        let made = device.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None);
-        modules
-            .iter()
-            .for_each(|module| device.destroy_shader_module(*module, None));
-        Ok(made.map_err(|(_, error)| failed("compiling the window's pipeline")(error))?[0])
-    }
 }

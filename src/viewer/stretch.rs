@@ -2,8 +2,8 @@
 //! filtering colours of eight bits, and tone mapping fewer pixels, takes half of the time.
 
 use super::bindings::{Bindings, Layout, WindowShader, window_shader};
+use super::cover::pipeline;
 use super::host::Host;
-use super::present::{VERTEX, pipeline};
 use super::target::Target;
 use ash::vk;
 use nephroid::Result;
@@ -32,8 +32,7 @@ impl Stretch {
             push_bytes: size_of::<[f32; 2]>(),
         };
         let bindings = Bindings::new(host, layout, 1)?;
-        let shaders = [&VERTEX, &STRETCH];
-        let pipeline = pipeline(host, bindings.layout, format, shaders, &[])
+        let pipeline = pipeline(host, bindings.layout, format, &STRETCH, &[])
             .inspect_err(|_| bindings.destroy(host))?;
         Ok(Self {
             bindings,

@@ -1,7 +1,7 @@
 //! An image that a pass of the window draws to.
 
+use super::cover::whole;
 use super::host::{Host, failed};
-use super::present::whole;
 use super::swapchain::color_range;
 use ash::vk;
 use gpu_allocator::MemoryLocation;

@@ -145,7 +145,7 @@ impl TriangleStore {
     /// [`TriangleStore::refit_or_rebuild`] afterwards.
     pub fn set_mesh(&mut self, object: usize, mesh: &Mesh) {
         let range = self.ranges[object].clone();
-        // Writing in the order of memory takes half of the time.
+        // Writing in the order of memory takes three quarters of the time.
         for &number in &self.numbers[range.clone()] {
             let corners = &mesh.triangles[number as usize - range.start];
             let place = self.indices[number as usize] as usize;
