@@ -53,7 +53,7 @@ void main() {
     uint first = texelFetch(visible, corner, 0).r;
     bool is_even = true;
     if (ONE_SAMPLE) {
-        // Shows one triangle.
+        // The pixel shows one triangle.
     } else if (push.side == 2) {
         // The samples of the lower left, lower right, upper right, upper left.
         vec2 place = (vec2(corner) + 1.0) / vec2(textureSize(visible, 0));

@@ -44,8 +44,8 @@ void main() {
     for (uint group = 0; group < DIRECT_CELL_GROUPS; group++) {
         if ((around.any >> group & 1) == 0) sum += open_groups[items[item].y * DIRECT_CELL_GROUPS + group].rgb;
     }
-    // One in every step of cells, in other places of the steps from step to step and from group to group, so that the rays do not all
-    // miss what is on one side of an edge.
+    // A ray to one of every DIRECT_CELLS_STEP consecutive cells. Which of these changes with the ray and the group: otherwise all rays
+    // of a texel would miss what is on the same side of an edge.
     uint first = (texel.x + texel.y) % DIRECT_CELLS_STEP;
     const uint rays = CELLS_OF_GROUP / DIRECT_CELLS_STEP;
     uint unknown = around.any & ~around.all;

@@ -1,4 +1,4 @@
-// Stretches a picture, which is as it is shown, to the window.
+// Scales a tone-mapped picture to the size of the window, with bilinear filtering.
 #version 460
 
 layout(set = 0, binding = 0) uniform sampler2D picture;

@@ -252,7 +252,8 @@ impl Renderer {
         read(counts.expect("a view with density"), tile.origin, tile.size)
     }
 
-    /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`]: means over the texels of the light map.
+    /// Direct irradiance of the receiver `object`, W/m², after [`Renderer::direct`]: means over the texels of the light map, or the value of
+    /// the texel of the direct map that contains them where that is coarser.
     ///
     /// # Errors
     /// As [`Renderer::read_caustic`].
@@ -262,7 +263,7 @@ impl Renderer {
         let [width, height] = tile.light.size;
         let mut pixels = vec![[0.0f32; 3]; (width * height) as usize];
         if fine.width < width {
-            // In motion.
+            // The map is coarser than the light map, as in motion.
             for (index, pixel) in (0..).zip(&mut pixels) {
                 let [x, y] = [
                     index % width * fine.width / width,

@@ -2,7 +2,6 @@
 
 use super::capture::{Capture, Captured};
 use super::compare::{Difference, Shown};
-use super::cover::whole;
 use super::differences::Differences;
 use super::host::{Host, HostOptions, failed};
 #[cfg(feature = "dev")]
@@ -10,7 +9,8 @@ use super::loss::Loss;
 use super::present::Present;
 use super::side::{MAX_SIDES, Side, record};
 use super::slot::{Slot, slots};
-use super::swapchain::{Presented, Swapchain, color_range};
+use super::swapchain::{Presented, Swapchain};
+use super::target::draw_to;
 use super::technique::Technique;
 use super::upload::Uploads;
 use ash::vk;
@@ -415,70 +415,34 @@ impl Display {
     ) -> Result<()> {
         let (handle, view) = self.swapchain.images[image as usize];
         let size = self.swapchain.size;
+        let (host, exposure) = (&self.host, draw.exposure_ev);
         if let Some(shown) = shown {
-            let (host, exposure) = (&self.host, draw.exposure_ev);
             (self.present).prepare(host, commands, slot, size, exposure, shown)?;
         }
-        let device = &self.host.device;
-        let output = vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT;
-        let target = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-        let barrier =
-            |old: vk::ImageLayout, new: vk::ImageLayout, [src, dst]: [vk::AccessFlags2; 2]| {
-                // The window waits for the semaphore, not for a stage.
-                let barrier = [vk::ImageMemoryBarrier2::default()
-                    .src_stage_mask(output)
-                    .src_access_mask(src)
-                    .dst_stage_mask(output)
-                    .dst_access_mask(dst)
-                    .old_layout(old)
-                    .new_layout(new)
-                    .image(handle)
-                    .subresource_range(color_range())];
-                let dependency = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-                // SAFETY: a recording command buffer.
-                unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
-            };
-        let write =
-            vk::AccessFlags2::COLOR_ATTACHMENT_WRITE | vk::AccessFlags2::COLOR_ATTACHMENT_READ;
-        barrier(
-            vk::ImageLayout::UNDEFINED,
-            target,
-            [vk::AccessFlags2::NONE, write],
-        );
-        let attachments = [vk::RenderingAttachmentInfo::default()
-            .image_view(view)
-            .image_layout(target)
-            .load_op(vk::AttachmentLoadOp::CLEAR)
-            .store_op(vk::AttachmentStoreOp::STORE)];
-        let info = vk::RenderingInfo::default()
-            .render_area(whole(size))
-            .layer_count(1)
-            .color_attachments(&attachments);
-        let extent = vk::Extent2D {
-            width: size[0],
-            height: size[1],
+        let target = MapImage {
+            image: handle,
+            view,
+            layout: vk::ImageLayout::PRESENT_SRC_KHR,
+            size,
         };
-        // SAFETY: the image is this frame's.
-        unsafe { device.cmd_begin_rendering(commands, &info) };
-        if let Some(shown) = shown {
-            (self.present).record(&self.host, commands, slot, size, draw.exposure_ev, shown);
-        }
-        let panels = &draw.panels;
-        (self.panels.cmd_draw(
-            commands,
-            extent,
-            panels.pixels_per_point,
-            &panels.primitives,
-        ))
-        .map_err(panels_failed)?;
-        // SAFETY: rendering was begun above.
-        unsafe { device.cmd_end_rendering(commands) };
-        barrier(
-            target,
-            vk::ImageLayout::PRESENT_SRC_KHR,
-            [write, vk::AccessFlags2::NONE],
+        // The window waits for the semaphore, not for a stage.
+        let reader = (
+            vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+            vk::AccessFlags2::NONE,
         );
-        Ok(())
+        let load = vk::AttachmentLoadOp::CLEAR;
+        draw_to(host, commands, &target, reader, load, || {
+            if let Some(shown) = shown {
+                (self.present).record(host, commands, slot, size, exposure, shown);
+            }
+            let panels = &draw.panels;
+            let extent = vk::Extent2D {
+                width: size[0],
+                height: size[1],
+            };
+            let (scale, primitives) = (panels.pixels_per_point, &panels.primitives);
+            (self.panels.cmd_draw(commands, extent, scale, primitives)).map_err(panels_failed)
+        })
     }
 }
 

@@ -75,6 +75,7 @@ pub struct Session {
     pub window: Arc<Window>,
     pub state: State,
     watch: Watch,
+    /// When the window was opened: the panels' time 0.
     opened: Instant,
     /// The last picture.
     shown: Option<Shown>,

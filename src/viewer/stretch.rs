@@ -1,5 +1,5 @@
-//! Shows pictures of another size than the window's. They are drawn as they are shown in their own size, and then stretched:
-//! filtering colours of eight bits, and tone mapping fewer pixels, takes half of the time.
+//! Shows pictures of another size than the window's. They are tone mapped in their own size, and then scaled with bilinear
+//! filtering: tone mapping fewer pixels, and filtering colours of eight bits, takes half of the time.
 
 use super::bindings::{Bindings, Layout, WindowShader, window_shader};
 use super::cover::pipeline;
@@ -47,22 +47,18 @@ impl Stretch {
     /// # Errors
     /// [`nephroid::Error::Device`] where there is not enough memory.
     pub fn target(&mut self, host: &Host, size: [u32; 2]) -> Result<&Target> {
-        if self.size() != Some(size) {
+        let last = self.target.as_ref().map(|target| target.image.size);
+        if last != Some(size) {
             // Frames in flight may show the old one.
             host.wait_idle();
             if let Some(mut old) = self.target.take() {
                 old.destroy(host);
             }
-            let target = Target::new(host, "stretched picture", self.format, size, false)?;
+            let target = Target::new(host, "scaled picture", self.format, size, false)?;
             self.bindings.write(host, 0, &[target.image], None);
             self.target = Some(target);
         }
         Ok(self.target.as_ref().expect("made above"))
-    }
-
-    /// Size of the picture, pixels.
-    pub fn size(&self) -> Option<[u32; 2]> {
-        Some(self.target.as_ref()?.image.size)
     }
 
     /// Records the picture of the target, within rendering to an image of `size` pixels.

@@ -87,48 +87,10 @@ impl Target {
         }
     }
 
-    /// Records draws to all of it, outside of rendering, once its readers of before have ended. They can be read afterwards.
+    /// Records draws to all of it, as [`draw_to`].
     pub fn draw(&self, host: &Host, commands: vk::CommandBuffer, draws: impl FnOnce()) {
-        let device = &host.device;
-        let target = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
-        let writer = (
-            vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
-            vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
-        );
-        let barrier = |from, to, [old, new]: [vk::ImageLayout; 2]| {
-            let (src_stage, src_access) = from;
-            let (dst_stage, dst_access) = to;
-            let barrier = [vk::ImageMemoryBarrier2::default()
-                .src_stage_mask(src_stage)
-                .src_access_mask(src_access)
-                .dst_stage_mask(dst_stage)
-                .dst_access_mask(dst_access)
-                .old_layout(old)
-                .new_layout(new)
-                .image(self.image.image)
-                .subresource_range(color_range())];
-            let dependency = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-            // SAFETY: a recording command buffer, outside of rendering.
-            unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
-        };
-        let (stage, _) = self.reader;
-        let before = (stage, vk::AccessFlags2::NONE);
-        barrier(before, writer, [vk::ImageLayout::UNDEFINED, target]);
-        let attachments = [vk::RenderingAttachmentInfo::default()
-            .image_view(self.image.view)
-            .image_layout(target)
-            .load_op(vk::AttachmentLoadOp::DONT_CARE)
-            .store_op(vk::AttachmentStoreOp::STORE)];
-        let info = vk::RenderingInfo::default()
-            .render_area(whole(self.image.size))
-            .layer_count(1)
-            .color_attachments(&attachments);
-        // SAFETY: the image is in the layout of attachments.
-        unsafe { device.cmd_begin_rendering(commands, &info) };
-        draws();
-        // SAFETY: rendering was begun above.
-        unsafe { device.cmd_end_rendering(commands) };
-        barrier(writer, self.reader, [target, self.image.layout]);
+        let load = vk::AttachmentLoadOp::DONT_CARE;
+        draw_to(host, commands, &self.image, self.reader, load, draws);
     }
 
     /// The device must not use it any more.
@@ -142,6 +104,58 @@ impl Target {
             host.free(memory);
         }
     }
+}
+
+/// Records draws to all of an image, outside of rendering, once its reader of before has ended. The image is in its layout
+/// afterwards, and visible to the reader, which is given by its stages and accesses.
+pub fn draw_to<T>(
+    host: &Host,
+    commands: vk::CommandBuffer,
+    image: &MapImage,
+    reader: (vk::PipelineStageFlags2, vk::AccessFlags2),
+    load: vk::AttachmentLoadOp,
+    draws: impl FnOnce() -> T,
+) -> T {
+    let device = &host.device;
+    let target = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
+    let writer = (
+        vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+        vk::AccessFlags2::COLOR_ATTACHMENT_WRITE | vk::AccessFlags2::COLOR_ATTACHMENT_READ,
+    );
+    let barrier = |from, to, [old, new]: [vk::ImageLayout; 2]| {
+        let (src_stage, src_access) = from;
+        let (dst_stage, dst_access) = to;
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(src_stage)
+            .src_access_mask(src_access)
+            .dst_stage_mask(dst_stage)
+            .dst_access_mask(dst_access)
+            .old_layout(old)
+            .new_layout(new)
+            .image(image.image)
+            .subresource_range(color_range())];
+        let dependency = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        // SAFETY: a recording command buffer, outside of rendering.
+        unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
+    };
+    let before = (reader.0, vk::AccessFlags2::NONE);
+    barrier(before, writer, [vk::ImageLayout::UNDEFINED, target]);
+    let attachments = [vk::RenderingAttachmentInfo::default()
+        .image_view(image.view)
+        .image_layout(target)
+        .load_op(load)
+        .store_op(vk::AttachmentStoreOp::STORE)];
+    let info = vk::RenderingInfo::default()
+        .render_area(whole(image.size))
+        .layer_count(1)
+        .color_attachments(&attachments);
+    // SAFETY: the image is in the layout of attachments.
+    unsafe { device.cmd_begin_rendering(commands, &info) };
+    let drawn = draws();
+    // SAFETY: rendering was begun above.
+    unsafe { device.cmd_end_rendering(commands) };
+    barrier(writer, reader, [target, image.layout]);
+    drawn
 }
 
 pub fn extent([width, height]: [u32; 2]) -> vk::Extent3D {

@@ -60,13 +60,10 @@ impl Shaders {
 
     /// Compiles what changed on a thread; the outcome once it is there.
     pub fn follow(&mut self, context: &Arc<Context>) -> Option<Result<Compiled, String>> {
-        let is_due = self.looked.elapsed() >= EVERY;
-        let changed = match is_due {
-            true => self.watch.changed(),
-            false => Vec::new(),
-        };
-        if is_due {
+        let mut changed = Vec::new();
+        if self.looked.elapsed() >= EVERY {
             self.looked = Instant::now();
+            changed = self.watch.changed();
         }
         if !changed.is_empty() {
             self.changed.extend(changed);
