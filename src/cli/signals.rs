@@ -5,24 +5,23 @@ use super::terminal::log;
 use nephroid::gpu::{Progress, Watcher};
 use nephroid::output::remove_temporary_files;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use signal_hook::{flag, low_level};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level;
 use std::ops::ControlFlow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// Becomes true at the first signal.
 static CANCELLED: AtomicBool = AtomicBool::new(false);
 /// The exit code for the signal that came.
-static CODE: AtomicUsize = AtomicUsize::new(130);
+static CODE: AtomicI32 = AtomicI32::new(130);
 
 /// Logged when the program ends by a signal.
 pub const STOPPED: &str = "stopped by Ctrl-C or a signal";
 
 /// How long a command may take to stop by itself.
 const GRACE: Duration = Duration::from_millis(700);
-const POLL: Duration = Duration::from_millis(20);
 
 /// True once the user wants the program to stop.
 pub fn cancelled() -> &'static AtomicBool {
@@ -37,34 +36,36 @@ pub fn exit_code() -> u8 {
 /// Listens from now on. Files are replaced whole and temporary ones removed, so that a stop leaves nothing
 /// half-written.
 pub fn listen() {
-    let code = Arc::new(AtomicUsize::new(0));
-    for (signal, exit_code) in [(SIGINT, 130), (SIGTERM, 143), (SIGHUP, 143)] {
-        if is_ignored(signal) {
-            continue; // as under nohup
-        }
-        if let Err(error) = flag::register_usize(signal, code.clone(), exit_code) {
+    let caught = [SIGINT, SIGTERM, SIGHUP].into_iter();
+    let caught = caught.filter(|signal| !is_ignored(*signal)); // as SIGHUP is under nohup
+    let mut signals = match Signals::new(caught) {
+        Ok(signals) => signals,
+        Err(error) => {
             log(
                 "warning",
-                &format!("signal {signal} ends the program at once: {error}"),
+                &format!("signals end the program at once: {error}"),
             );
+            return;
         }
-    }
+    };
     thread::spawn(move || {
-        while code.load(Ordering::Relaxed) == 0 {
-            thread::sleep(POLL);
-        }
-        let exit_code = code.load(Ordering::Relaxed);
+        let Some(signal) = signals.forever().next() else {
+            return;
+        };
+        let exit_code = match signal {
+            SIGINT => 130,
+            _ => 143,
+        };
         CODE.store(exit_code, Ordering::Relaxed);
         CANCELLED.store(true, Ordering::Relaxed);
         thread::sleep(GRACE);
         remove_temporary_files();
         log("error", STOPPED);
         // Without the libraries' own handlers, which may wait for work that still runs.
-        low_level::exit(exit_code as i32);
+        low_level::exit(exit_code);
     });
 }
 
-#[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     // SAFETY: a query into memory of the right type, which is valid when it succeeds.
     unsafe {
@@ -72,11 +73,6 @@ fn is_ignored(signal: i32) -> bool {
         libc::sigaction(signal, std::ptr::null(), action.as_mut_ptr()) == 0
             && action.assume_init().sa_sigaction == libc::SIG_IGN
     }
-}
-
-#[cfg(not(unix))]
-fn is_ignored(_: i32) -> bool {
-    false
 }
 
 /// Work that takes longer than this is shown.

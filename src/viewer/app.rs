@@ -27,7 +27,8 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
 /// How often files and signals are looked at.
-const POLL: Duration = Duration::from_millis(250);
+const POLL: Duration = Duration::from_millis(500);
+
 /// What the window shows first, and how.
 pub struct Options {
     pub scene: PathBuf,

@@ -55,7 +55,7 @@ impl Player {
         }
     }
 
-    /// Goes on until the window has something to do. `is_settled`: the picture is as fine as it gets.
+    /// Goes on until the window has something to do. `is_settled`: as of the session.
     ///
     /// # Errors
     /// [`nephroid::Error::Input`] with the line that cannot be done, or whose expectation is not met.

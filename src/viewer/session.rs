@@ -93,6 +93,7 @@ pub struct Session {
     last_advance: Option<Instant>,
     pub repaint_at: Option<Instant>,
     pub needs_frame: bool,
+    /// The picture is as fine as it gets, and nothing asks for another one.
     pub is_settled: bool,
     is_scripted: bool,
     frames: u32,
@@ -404,9 +405,7 @@ impl Session {
         if has_picture || measures.is_some() || !self.state.compare.is_on {
             self.measured = measures;
         }
-        let has_pending = self.display.has_pending_differences();
-        self.needs_frame |= has_pending;
-        self.is_settled = (!self.state.quality.refines || stage >= STAGES) && !has_pending;
+        self.needs_frame |= self.display.has_pending_differences();
         if let Some(captured) = &drawn.captured {
             self.write_pictures(
                 captured,
@@ -446,6 +445,7 @@ impl Session {
             (self.state.profiler.memory, self.state.profiler.reserved) = self.display.memory();
         }
         self.frames += 1;
+        self.is_settled = (!self.state.quality.refines || stage >= STAGES) && !self.needs_frame;
         Ok(Some((times, has_picture.then_some(scale))))
     }
 

@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 /// Bytes. Drivers compile pipelines on the thread, and need as much as on the main one.
 const STACK: usize = 8 << 20;
 /// How often the sources are looked at, of which there are many.
-const EVERY: Duration = Duration::from_secs(1);
+const EVERY: Duration = Duration::from_secs(2);
 
 /// The sources of the shaders that were built in.
 pub fn built_from() -> PathBuf {
