@@ -3,7 +3,7 @@
 use ash::vk;
 
 /// One side of a barrier: which stages touch memory, and how.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Access(
     pub(super) vk::PipelineStageFlags2,
     pub(super) vk::AccessFlags2,

@@ -1,10 +1,11 @@
 //! What a recorder records: barriers, dispatches, draws, clears and copies.
 
+use super::command::{Attachment, Command, Numbered};
 use super::device::Device;
 use super::memory::Buffer;
 use super::texel::Texel;
 use super::{Access, BoundPipeline, Image, Recorder};
-use crate::error::Error;
+use crate::error::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
 use std::ops::Range;
@@ -29,19 +30,55 @@ impl Recorder {
             self.recording,
             "after an error from `submit`, record within a `pass`, which can begin again"
         );
+        assert!(
+            self.open_part.is_none(),
+            "what moves memory differs between frames"
+        );
         &self.context.device
+    }
+
+    /// Records a command, or adds it to the reusable part that is open. `push`: push constants of a [`Command::Use`].
+    pub(super) fn add(&mut self, command: Command, push: &[u8]) {
+        if let Some(part) = &mut self.open_part {
+            part.add(command, push);
+            return;
+        }
+        self.device(); // it is recording
+        // SAFETY: a recording command buffer; the objects are the caller's, and live.
+        unsafe { command.record(&self.context, self.commands, push) };
+    }
+
+    /// Calls `record`, whose commands in a host's frame are mostly those of the frame before, and which copies nothing to or from
+    /// the host: such commands are executed once more, in place of being recorded.
+    ///
+    /// # Errors
+    /// Those of `record`, and [`Error::Device`] where the device fails.
+    pub fn reusable(
+        &mut self,
+        name: &'static str,
+        record: impl FnOnce(&mut Self) -> Result<()>,
+    ) -> Result<()> {
+        // Every frame in flight has timestamps of its own.
+        if self.is_ours() || self.timed_frames > 0 {
+            return record(self);
+        }
+        let (number, part) = self.parts.begin(name);
+        self.open_part = Some(part);
+        let result = record(self);
+        let part = self.open_part.take();
+        result?;
+        match part {
+            // SAFETY: it is recording, by `begin_host`; passes keep their objects as long as frames in flight use them.
+            Some(part) if self.refused.is_none() => unsafe {
+                self.parts.finish((number, part), self.commands)
+            },
+            _ => Ok(()),
+        }
     }
 
     /// Makes what `from` wrote visible to `to`, and orders them.
     pub fn barrier(&mut self, from: Access, to: Access) {
-        let barrier = [vk::MemoryBarrier2::default()
-            .src_stage_mask(from.0)
-            .src_access_mask(from.1)
-            .dst_stage_mask(to.0)
-            .dst_access_mask(to.1)];
-        let info = vk::DependencyInfo::default().memory_barriers(&barrier);
-        // SAFETY: a recording command buffer, outside of rendering.
-        unsafe { self.device().cmd_pipeline_barrier2(self.commands, &info) };
+        self.add(Command::Barrier(from, to), &[]);
     }
 
     /// Runs a compute shader with at least `threads` threads along each axis, in as many whole
@@ -63,11 +100,7 @@ impl Recorder {
             return;
         }
         self.use_pipeline(pipeline, push);
-        // SAFETY: pipeline and resources are bound; the groups are within the limit.
-        unsafe {
-            self.device()
-                .cmd_dispatch(self.commands, groups[0], groups[1], groups[2])
-        };
+        self.add(Command::Dispatch(groups), &[]);
     }
 
     /// Runs so many workgroups of a compute shader, within the limits of every device.
@@ -96,11 +129,10 @@ impl Recorder {
     ) {
         let offset = u64::from(index) * size_of::<vk::DispatchIndirectCommand>() as u64;
         self.use_pipeline(pipeline, push);
-        // SAFETY: pipeline and resources are bound; the buffer holds the command.
-        unsafe {
-            self.device()
-                .cmd_dispatch_indirect(self.commands, arguments.handle, offset)
-        };
+        self.add(
+            Command::DispatchIndirect(Numbered::of(arguments), offset),
+            &[],
+        );
     }
 
     /// Draws `vertices` into `target`. `clear`: it is all zero before.
@@ -112,18 +144,12 @@ impl Recorder {
         push: &P,
         vertices: Vertices,
     ) {
-        let load = match clear {
-            true => vk::AttachmentLoadOp::CLEAR,
-            false => vk::AttachmentLoadOp::LOAD,
+        let color = match clear {
+            true => Attachment::of(target).cleared([0; 4]),
+            false => Attachment::of(target),
         };
         let (area, viewport) = whole(target, 0..target.height);
-        let draws = [(pipeline, *push, vertices)];
-        self.draw_into(
-            [attachment(target).load_op(load), Default::default()],
-            area,
-            viewport,
-            &draws,
-        );
+        self.draw_into(color, None, area, viewport, &[(pipeline, *push, vertices)]);
     }
 
     /// Draws into a color image and a depth image that lie in the same places, one draw after the other: pipeline, push
@@ -137,40 +163,16 @@ impl Recorder {
         viewport: [f32; 4],
         draws: &[(&BoundPipeline, P, Vertices)],
     ) {
-        let [x, y, width, height] = area;
-        let area = vk::Rect2D {
-            offset: vk::Offset2D {
-                x: x as i32,
-                y: y as i32,
-            },
-            extent: vk::Extent2D { width, height },
-        };
-        let [x, y, width, height] = viewport;
-        let viewport = vk::Viewport {
-            x,
-            y,
-            width,
-            height,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
         let nothing = match color.texel {
-            Texel::Number => vk::ClearColorValue {
-                uint32: [u32::MAX; 4],
-            },
-            _ => vk::ClearColorValue::default(),
+            Texel::Number => [u32::MAX; 4],
+            _ => [0; 4],
         };
-        let cleared = |image, value| {
-            attachment(image)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .clear_value(value)
-        };
-        let color = cleared(color, vk::ClearValue { color: nothing });
+        let color = Attachment::of(color).cleared(nothing);
         let depth = match are_kept {
-            true => attachment(depth).load_op(vk::AttachmentLoadOp::LOAD),
-            false => cleared(depth, vk::ClearValue::default()),
+            true => Attachment::of(depth),
+            false => Attachment::of(depth).cleared([0; 4]),
         };
-        self.draw_into([color, depth], area, viewport, draws);
+        self.draw_into(color, Some(depth), area, viewport, draws);
     }
 
     /// Draws over a color image where the draws are at least as near as what its depth image has: pipeline, push constants
@@ -180,82 +182,60 @@ impl Recorder {
         [color, depth]: [&Image; 2],
         draws: &[(&BoundPipeline, P, Vertices)],
     ) {
-        let loaded = |image| attachment(image).load_op(vk::AttachmentLoadOp::LOAD);
         let (area, viewport) = whole(color, 0..color.height);
-        self.draw_into([loaded(color), loaded(depth)], area, viewport, draws);
+        let [color, depth] = [color, depth].map(Attachment::of);
+        self.draw_into(color, Some(depth), area, viewport, draws);
     }
 
     fn draw_into<P: Pod>(
         &mut self,
-        [color, depth]: [vk::RenderingAttachmentInfo; 2],
-        area: vk::Rect2D,
-        viewport: vk::Viewport,
+        color: Attachment,
+        depth: Option<Attachment>,
+        area: [u32; 4],
+        viewport: [f32; 4],
         draws: &[(&BoundPipeline, P, Vertices)],
     ) {
-        let colors = [color];
-        let info = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&colors)
-            .depth_attachment(&depth);
-        // SAFETY: a recording command buffer and targets in layout GENERAL.
-        unsafe {
-            (self.device()).cmd_begin_rendering(self.commands, &info);
-            (self.device()).cmd_set_viewport(self.commands, 0, &[viewport]);
-            (self.device()).cmd_set_scissor(self.commands, 0, &[area]);
-        }
+        let begin = Command::BeginRendering {
+            color,
+            depth,
+            area,
+            viewport,
+        };
+        self.add(begin, &[]);
         for (pipeline, push, vertices) in draws {
             self.use_pipeline(pipeline, push);
-            self.record_draw(*vertices);
-        }
-        // SAFETY: rendering was begun.
-        unsafe { self.device().cmd_end_rendering(self.commands) };
-    }
-
-    /// Pipeline and targets are bound.
-    fn record_draw(&mut self, vertices: Vertices) {
-        let (device, commands) = (self.device(), self.commands);
-        // SAFETY: pipeline, resources and targets are bound; the buffer holds one command.
-        unsafe {
-            match vertices {
-                Vertices::Count(count) => device.cmd_draw(commands, count, 1, 0, 0),
+            let draw = match *vertices {
+                Vertices::Count(count) => Command::Draw(count),
                 Vertices::Indexed {
                     indices,
                     arguments,
                     offset,
-                } => {
-                    device.cmd_bind_index_buffer(
-                        commands,
-                        indices.handle,
-                        0,
-                        vk::IndexType::UINT32,
-                    );
-                    device.cmd_draw_indexed_indirect(commands, arguments.handle, offset, 1, 0);
-                }
-            }
+                } => Command::DrawIndexedIndirect {
+                    indices: Numbered::of(indices),
+                    arguments: Numbered::of(arguments),
+                    offset,
+                },
+            };
+            self.add(draw, &[]);
         }
+        self.add(Command::EndRendering, &[]);
     }
 
     /// Fills rows of an image with zeros, as a pass of its own.
     pub fn clear(&mut self, image: &Image, rows: Range<u32>) {
         let (area, viewport) = whole(image, rows);
-        let cleared = attachment(image).load_op(vk::AttachmentLoadOp::CLEAR);
-        self.draw_into::<u32>([cleared, Default::default()], area, viewport, &[]);
+        let color = Attachment::of(image).cleared([0; 4]);
+        self.draw_into::<u32>(color, None, area, viewport, &[]);
     }
 
     fn use_pipeline<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P) {
-        let commands = self.commands;
-        self.device(); // it is recording
-        // SAFETY: a recording command buffer of the same device.
-        unsafe { pipeline.record(commands, bytemuck::bytes_of(push)) };
+        let push = bytemuck::bytes_of(push);
+        self.add(Command::Use(pipeline.with(push), push.len()), push);
     }
 
     /// Fills a buffer with zeros.
     pub fn zero(&mut self, buffer: &Buffer) {
-        // SAFETY: a live buffer; its size is a multiple of 4.
-        unsafe {
-            (self.device()).cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, 0);
-        }
+        self.add(Command::Zero(Numbered::of(buffer)), &[]);
     }
 
     /// The region lies within both buffers.
@@ -307,35 +287,10 @@ impl Recorder {
     }
 }
 
-/// An attachment that is kept.
-fn attachment(image: &Image) -> vk::RenderingAttachmentInfo<'static> {
-    vk::RenderingAttachmentInfo::default()
-        .image_view(image.view)
-        .image_layout(vk::ImageLayout::GENERAL)
-        .store_op(vk::AttachmentStoreOp::STORE)
-}
-
-/// Rows of an image, and the viewport of all of it.
-fn whole(image: &Image, rows: Range<u32>) -> (vk::Rect2D, vk::Viewport) {
-    let area = vk::Rect2D {
-        offset: vk::Offset2D {
-            x: 0,
-            y: rows.start as i32,
-        },
-        extent: vk::Extent2D {
-            width: image.width,
-            height: rows.end - rows.start,
-        },
-    };
-    let viewport = vk::Viewport {
-        x: 0.0,
-        y: 0.0,
-        width: image.width as f32,
-        height: image.height as f32,
-        min_depth: 0.0,
-        max_depth: 1.0,
-    };
-    (area, viewport)
+/// Rows of an image, and the rectangle that clip space is mapped to, all of it: left, top, width, height.
+fn whole(image: &Image, rows: Range<u32>) -> ([u32; 4], [f32; 4]) {
+    let area = [0, rows.start, image.width, rows.end - rows.start];
+    (area, [0.0, 0.0, image.width as f32, image.height as f32])
 }
 
 /// Workgroups of `local_size` threads that hold `threads`.

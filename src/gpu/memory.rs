@@ -6,6 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 pub(super) fn allocate(
     context: &Context,
@@ -43,6 +44,8 @@ pub(super) fn allocate(
 /// pipelines that it is bound to; the last of them frees it.
 pub(super) struct Owned {
     pub(super) context: Arc<Context>,
+    /// No other object of the program has it.
+    pub(super) number: u64,
     pub(super) buffer: vk::Buffer,
     pub(super) image: vk::Image,
     pub(super) view: vk::ImageView,
@@ -54,6 +57,7 @@ impl Owned {
     pub fn new(context: &Arc<Context>) -> Self {
         Self {
             context: context.clone(),
+            number: next_number(),
             buffer: vk::Buffer::null(),
             image: vk::Image::null(),
             view: vk::ImageView::null(),
@@ -81,6 +85,12 @@ impl Drop for Owned {
             let _ = allocator.free(allocation);
         }
     }
+}
+
+/// A number for an object, which none has had before.
+pub(super) fn next_number() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed)
 }
 
 /// Keeps a buffer or image alive.

@@ -4,6 +4,7 @@
 //! its bindings from the SPIR-V, [`Recorder`] fills a command buffer in named passes and submits ours.
 
 mod access;
+mod command;
 mod commands;
 mod compile;
 mod context;
@@ -23,6 +24,7 @@ mod recorder;
 #[cfg(feature = "dev")]
 mod reload;
 mod requirements;
+mod reuse;
 mod shader;
 mod staging;
 mod texel;

@@ -1,7 +1,8 @@
 //! Pipelines whose layout is read from the SPIR-V, and resources bound to them by name.
 
+use super::command::{Numbered, PipelineUse};
 use super::compile::{compile_compute, compile_graphics};
-use super::memory::Keeper;
+use super::memory::{Keeper, next_number};
 use super::pipelines::{Constants, Pipeline, Source, Topology};
 use super::shader::{Binding, BindingKind};
 use super::texel;
@@ -26,6 +27,8 @@ pub struct BoundPipeline {
     pipeline: Arc<Pipeline>,
     pub(super) name: &'static str,
     set: vk::DescriptorSet,
+    /// As that of [`Owned`](super::memory::Owned).
+    number: u64,
     pool: vk::DescriptorPool,
     /// Views of the texel buffers.
     views: Vec<vk::BufferView>,
@@ -87,6 +90,7 @@ impl BoundPipeline {
             pipeline,
             name,
             set,
+            number: next_number(),
             pool,
             views: Vec::new(),
             _bound: Vec::new(),
@@ -100,37 +104,26 @@ impl BoundPipeline {
         self.pipeline.local_size
     }
 
-    /// Records that the next command uses it, with these push constants.
-    ///
-    /// # Safety
-    /// `commands` is a recording command buffer of its device.
+    /// For a command that uses it with these push constants.
     ///
     /// # Panics
     /// Where the shaders have push constants of another size.
-    pub(super) unsafe fn record(&self, commands: vk::CommandBuffer, push: &[u8]) {
-        let Pipeline {
-            handle,
-            layout,
-            stages,
-            bind_point,
-            push_bytes,
-            ..
-        } = *self.pipeline;
+    pub(super) fn with(&self, push: &[u8]) -> PipelineUse {
+        let pipeline = &self.pipeline;
         assert_eq!(
             push.len(),
-            push_bytes as usize,
+            pipeline.push_bytes as usize,
             "push constants match the shader"
         );
-        let device = &self.context.device;
-        // SAFETY: pipeline, layout and set are of the same device, and live.
-        unsafe {
-            device.cmd_bind_pipeline(commands, bind_point, handle);
-            if self.set != vk::DescriptorSet::null() {
-                device.cmd_bind_descriptor_sets(commands, bind_point, layout, 0, &[self.set], &[]);
-            }
-            if !push.is_empty() {
-                device.cmd_push_constants(commands, layout, stages, 0, push);
-            }
+        PipelineUse {
+            pipeline: pipeline.handle,
+            layout: pipeline.layout,
+            stages: pipeline.stages,
+            bind_point: pipeline.bind_point,
+            set: Numbered {
+                handle: self.set,
+                number: self.number,
+            },
         }
     }
 

@@ -1,18 +1,16 @@
 //! One command buffer: passes in named scopes, explicit barriers, submit and wait.
 
+use super::command::{Command, LONGEST_LABEL};
 use super::pace::{Allowance, Pace};
+use super::reuse::{Part, ReusableParts};
 use super::timestamps::Timestamps;
 use super::{Buffer, Context, device_error};
 use crate::error::{Error, Result};
 use ash::vk;
 use std::collections::VecDeque;
-use std::ffi::CStr;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Bytes of the longest name of a pass.
-const LONGEST_NAME: usize = 63;
 
 /// What one pass cost.
 #[derive(Debug, Clone)]
@@ -72,7 +70,7 @@ pub struct Recorder {
     /// Passes recorded since the last submission.
     open: Vec<&'static str>,
     /// Number of a host's frames that may be in flight while their passes are timed; 0 while they are not.
-    timed_frames: usize,
+    pub(super) timed_frames: usize,
     /// Timestamps and passes of the last frames of a host.
     in_flight: VecDeque<(Timestamps, Vec<&'static str>)>,
     /// Passes since [`Recorder::begin_frame`].
@@ -83,6 +81,9 @@ pub struct Recorder {
     watcher: Option<Watcher>,
     /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
     pub(super) refused: Option<Error>,
+    pub(super) parts: ReusableParts,
+    /// What the commands that follow are added to.
+    pub(super) open_part: Option<Part>,
     wait_each_pass: bool,
     /// Memory of the last [`Recorder::read`], which the next one uses again if it suffices.
     pub(super) readback: Option<Buffer>,
@@ -96,6 +97,7 @@ impl Recorder {
     pub unsafe fn begin_host(&mut self, commands: vk::CommandBuffer) {
         assert!(!self.is_ours(), "a recorder made for a host");
         (self.commands, self.recording) = (commands, true);
+        self.parts.begin_frame();
     }
 
     /// # Errors
@@ -144,8 +146,8 @@ impl Recorder {
         self.pool != vk::CommandPool::null()
     }
 
-    /// Without a command buffer: a host lends its own, one after the other.
-    pub fn for_host(context: &Arc<Context>) -> Self {
+    /// Without a command buffer: a host lends its own, one after the other. At most `frames` of them are in flight.
+    pub fn for_host(context: &Arc<Context>, frames: u32) -> Self {
         Self {
             context: context.clone(),
             pool: vk::CommandPool::null(),
@@ -165,6 +167,8 @@ impl Recorder {
             },
             watcher: None,
             refused: None,
+            parts: ReusableParts::new(context, frames),
+            open_part: None,
             wait_each_pass: false,
             readback: None,
         }
@@ -179,7 +183,7 @@ impl Recorder {
             return Err(of_host());
         }
         let failed = || device_error("making a command buffer");
-        let mut recorder = Self::for_host(context);
+        let mut recorder = Self::for_host(context, 1);
         let device = &context.device;
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(context.queue_family);
         // SAFETY: a valid device; everything is destroyed in Drop.
@@ -391,20 +395,14 @@ impl Recorder {
 
     /// Calls `record` between the ends of a debug label.
     fn labelled(&mut self, name: &'static str, record: impl FnOnce(&mut Self)) {
-        assert!(name.len() <= LONGEST_NAME, "{name} is too long");
-        if let Some(debug) = &self.context.debug {
-            // On the stack: a host's frame allocates nothing.
-            let mut bytes = [0; LONGEST_NAME + 1];
-            bytes[..name.len()].copy_from_slice(name.as_bytes());
-            let label = CStr::from_bytes_until_nul(&bytes).expect("the last byte is NUL");
-            let info = vk::DebugUtilsLabelEXT::default().label_name(label);
-            // SAFETY: a recording command buffer of this device.
-            unsafe { debug.cmd_begin_debug_utils_label(self.commands, &info) };
+        assert!(name.len() <= LONGEST_LABEL, "{name} is too long");
+        let has_labels = self.context.debug.is_some();
+        if has_labels {
+            self.add(Command::BeginLabel(name), &[]);
         }
         record(self);
-        if let Some(debug) = &self.context.debug {
-            // SAFETY: as above.
-            unsafe { debug.cmd_end_debug_utils_label(self.commands) };
+        if has_labels {
+            self.add(Command::EndLabel, &[]);
         }
     }
 

@@ -146,7 +146,7 @@ impl Renderer {
             ]),
         };
         let recorder = match context.is_of_host() {
-            true => Recorder::for_host(context),
+            true => Recorder::for_host(context, settings.frames_in_flight),
             false => Recorder::new(context)?,
         };
         Ok(Self {
@@ -392,13 +392,10 @@ impl Renderer {
         }
         let dilate = self.dilate.as_ref().map(|[of_caustic, _]| of_caustic);
         self.has_caustic = true;
-        frame::caustic(
-            &mut self.recorder,
-            &self.scene,
-            &self.caustic,
-            &self.light_map,
-            dilate,
-        )?;
+        let (scene, stages, light_map) = (&self.scene, &self.caustic, &self.light_map);
+        self.recorder.reusable("caustic", |r| {
+            frame::caustic(r, scene, stages, light_map, dilate)
+        })?;
         self.is_current = true;
         Ok(())
     }
@@ -408,10 +405,15 @@ impl Renderer {
             return Ok(());
         }
         let dilate = self.dilate.as_ref().map(|[_, of_direct]| of_direct);
-        if self.scene.environment.is_present && !self.is_environment_current {
-            view::frame::environment_light(&mut self.recorder, &self.scene, &self.direct)?;
+        let (scene, direct) = (&self.scene, &self.direct);
+        if scene.environment.is_present && !self.is_environment_current {
+            self.recorder.reusable("environment light", |r| {
+                view::frame::environment_light(r, scene, direct)
+            })?;
         }
-        view::frame::direct_light(&mut self.recorder, &self.scene, &self.direct, dilate)?;
+        self.recorder.reusable("direct light", |r| {
+            view::frame::direct_light(r, scene, direct, dilate)
+        })?;
         self.is_environment_current = true;
         self.is_direct_current = true;
         Ok(())
@@ -432,7 +434,9 @@ impl Renderer {
 
     fn record_view(&mut self, camera: &Camera) -> Result<()> {
         let view = self.view.as_ref().expect("prepared");
-        view::frame::view(&mut self.recorder, &self.scene, view, camera)?;
+        let scene = &self.scene;
+        self.recorder
+            .reusable("view", |r| view::frame::view(r, scene, view, camera))?;
         self.record_overlays(camera)
     }
 
