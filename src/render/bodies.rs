@@ -1,7 +1,8 @@
 //! Bounding boxes of objects, and which of them are solid: closed dielectric meshes without a receiver or a lamp inside.
 
-use crate::scene::{Geometry, Light, LightKind, MaterialKind, Object, Scene, is_closed};
+use crate::scene::{Geometry, Light, LightKind, MaterialKind, Mesh, Object, Scene, is_closed};
 use glam::DVec3;
+use std::borrow::Cow;
 
 /// Smallest overlap over the size of the body; less is contact.
 const CONTACT: f64 = 1e-6;
@@ -39,9 +40,11 @@ impl Bodies {
     }
 
     /// Updates the bounds of the objects that moved.
-    pub fn update(&mut self, scene: &Scene, moved: &[usize]) {
-        for &index in moved.iter().filter(|&&index| self.needs_bounds[index]) {
-            self.bounds[index] = scene.objects[index].geometry.mesh().bounds();
+    pub fn update(&mut self, moved: &[(usize, Cow<Mesh>)]) {
+        for &(index, ref mesh) in moved {
+            if self.needs_bounds[index] {
+                self.bounds[index] = mesh.bounds();
+            }
         }
     }
 

@@ -135,7 +135,9 @@ impl DeviceScene {
         let moved: Vec<usize> = (0..scene.objects.len())
             .filter(|&i| is_stale || !same_geometry(&self.scene.objects[i], &scene.objects[i]))
             .collect();
-        let is_rebuilt = self.geometry.update(staging, scene, &moved)?;
+        let mesh = |&object: &usize| (object, scene.objects[object].geometry.mesh());
+        let moved_meshes: Vec<_> = moved.iter().map(mesh).collect();
+        let is_rebuilt = self.geometry.update(staging, scene, &moved_meshes)?;
         if is_rebuilt {
             self.facets.renumber(staging, scene, &self.geometry)?;
         }
@@ -153,7 +155,7 @@ impl DeviceScene {
             &moved,
             is_stale || is_rebuilt,
         )?;
-        self.bodies.update(scene, &moved);
+        self.bodies.update(&moved_meshes);
         self.spectrum.update(staging, scene)?;
         let (bodies, lattices) = (&self.bodies, &self.lattices);
         let objects = objects(

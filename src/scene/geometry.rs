@@ -1,6 +1,7 @@
 //! Where surfaces are.
 
 use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -206,34 +207,40 @@ impl Waves {
         let (along_u, along_v, up) = (edge_u.normalize(), edge_v.normalize(), self.rect.normal());
         let extent = DVec2::new(edge_u.length(), edge_v.length());
         let [columns, rows] = self.quads;
-        let mut mesh = Mesh::default();
-        for row in 0..=rows {
-            for column in 0..=columns {
-                let share = DVec2::new(
-                    f64::from(column) / f64::from(columns),
-                    f64::from(row) / f64::from(rows),
-                );
-                let p = share * extent;
-                let (mut height, mut slope) = (0.0, DVec2::ZERO);
-                for sine in &self.sines {
-                    let angle = sine.wave_vector.dot(p) + sine.phase - sine.speed * self.time;
-                    height += sine.amplitude * angle.sin();
-                    slope += sine.amplitude * angle.cos() * sine.wave_vector;
-                }
-                mesh.positions
-                    .push(origin + share.x * edge_u + share.y * edge_v + height * up);
-                mesh.normals
-                    .push((up - slope.x * along_u - slope.y * along_v).normalize());
+        let vertex = |index: u32| {
+            let [column, row] = [index % (columns + 1), index / (columns + 1)];
+            let share = DVec2::new(
+                f64::from(column) / f64::from(columns),
+                f64::from(row) / f64::from(rows),
+            );
+            let p = share * extent;
+            let (mut height, mut slope) = (0.0, DVec2::ZERO);
+            for wave in &self.sines {
+                let angle = wave.wave_vector.dot(p) + wave.phase - wave.speed * self.time;
+                let (sine, cosine) = angle.sin_cos();
+                height += wave.amplitude * sine;
+                slope += wave.amplitude * cosine * wave.wave_vector;
             }
-        }
+            (
+                origin + share.x * edge_u + share.y * edge_v + height * up,
+                (up - slope.x * along_u - slope.y * along_v).normalize(),
+            )
+        };
+        let vertices = (0..(columns + 1) * (rows + 1)).into_par_iter();
+        let (positions, normals) = vertices.map(vertex).unzip();
+        let mut triangles = Vec::with_capacity(2 * columns as usize * rows as usize);
         for row in 0..rows {
             for column in 0..columns {
                 let a = row * (columns + 1) + column;
                 let [b, c, d] = [a + 1, a + columns + 2, a + columns + 1];
-                mesh.triangles.extend([[a, b, c], [a, c, d]]);
+                triangles.extend([[a, b, c], [a, c, d]]);
             }
         }
-        mesh
+        Mesh {
+            positions,
+            normals,
+            triangles,
+        }
     }
 }
 

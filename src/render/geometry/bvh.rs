@@ -10,6 +10,7 @@ use crate::render::geometry::bvh_build::{Aabb, TreeNode, build, compact, cost, u
 use crate::render::gpu_types::constants::COUNT_SHIFT;
 use crate::render::gpu_types::{self, Grid, Node};
 use glam::{UVec3, Vec3};
+use rayon::prelude::*;
 
 /// A packed hierarchy.
 pub struct Bvh {
@@ -18,8 +19,10 @@ pub struct Bvh {
     pub nodes: Vec<Node>,
     /// Order of the triangles in the leaves.
     pub order: Vec<u32>,
-    /// Parents before their children, the root first.
+    /// Every node with its left subtree behind it, and then the right one.
     tree: Vec<TreeNode>,
+    /// Indices in `tree` of `nodes`.
+    packed: Vec<u32>,
     /// Cost of the tree when it was built.
     cost: f32,
 }
@@ -35,6 +38,9 @@ const MARGIN: f32 = 4.0;
 /// took the same time in both cases.
 const GROWN: f32 = 2.0;
 
+/// Nodes that one thread refits or packs at once.
+const PART: usize = 16_384;
+
 impl Bvh {
     /// A hierarchy over at least one triangle.
     pub fn new(triangles: &[gpu_types::Triangle]) -> Self {
@@ -43,8 +49,10 @@ impl Bvh {
         let mut sparse = vec![TreeNode::default(); 2 * triangles.len() - 1];
         build(&boxes, &mut order, 0, &mut sparse, [0, 1]);
         let tree = compact(&sparse);
+        let packed = packed(&tree);
         let mut bvh = Self {
-            nodes: linked(&tree),
+            nodes: linked(&tree, &packed),
+            packed,
             grid: Grid::default(),
             order,
             cost: cost(&tree),
@@ -57,14 +65,7 @@ impl Bvh {
     /// Refits the boxes to moved triangles, given in the order of the leaves. Returns false where the tree has become
     /// too costly and must be rebuilt.
     pub fn refit(&mut self, triangles: &[gpu_types::Triangle]) -> bool {
-        for index in (0..self.tree.len()).rev() {
-            let node = self.tree[index];
-            self.tree[index].aabb = match node.is_leaf {
-                true => union(triangles[node.triangles()].iter().map(Aabb::of)),
-                false => union([node.left, node.right].map(|i| self.tree[i as usize].aabb)),
-            };
-        }
-        if cost(&self.tree) > GROWN * self.cost {
+        if refit(&mut self.tree, 0, triangles) > GROWN * self.cost {
             return false;
         }
         self.pack_boxes();
@@ -73,11 +74,13 @@ impl Bvh {
 
     /// Takes the boxes of the tree over to the grid and the nodes.
     fn pack_boxes(&mut self) {
-        let grid = grid(&self.tree[0].aabb);
-        let bounds = |index: u32| quantise(&grid, &self.tree[index as usize].aabb);
-        for (node, [left, right]) in self.nodes.iter_mut().zip(children(&self.tree)) {
+        let (tree, grid) = (&self.tree, grid(&self.tree[0].aabb));
+        let bounds = |index: u32| quantise(&grid, &tree[index as usize].aabb);
+        let nodes = self.nodes.par_iter_mut().zip(&self.packed);
+        nodes.with_min_len(PART).for_each(|(node, &of)| {
+            let [left, right] = children(tree, of);
             (node.left, node.right) = (bounds(left), bounds(right));
-        }
+        });
         self.grid = grid;
     }
 }
@@ -127,41 +130,68 @@ fn grid(root: &Aabb) -> Grid {
     }
 }
 
-/// The children of each inner node, in order. A root that is the only leaf appears twice, at little cost.
-fn children(tree: &[TreeNode]) -> impl Iterator<Item = [u32; 2]> {
-    let only_leaf = tree[0].is_leaf.then_some([0, 0]);
-    let inner = tree.iter().filter(|node| !node.is_leaf);
-    only_leaf
-        .into_iter()
-        .chain(inner.map(|node| [node.left, node.right]))
+/// Refits the boxes of a subtree, whose root has the index `first` among all nodes; its cost.
+fn refit(nodes: &mut [TreeNode], first: u32, triangles: &[gpu_types::Triangle]) -> f32 {
+    if nodes.len() <= PART {
+        for index in (0..nodes.len()).rev() {
+            let node = nodes[index];
+            nodes[index].aabb = match node.is_leaf {
+                true => union(triangles[node.triangles()].iter().map(Aabb::of)),
+                false => union([node.left, node.right].map(|i| nodes[(i - first) as usize].aabb)),
+            };
+        }
+        return cost(nodes);
+    }
+    let TreeNode { left, right, .. } = nodes[0];
+    let (root, children) = nodes.split_at_mut(1);
+    let (on_left, on_right) = children.split_at_mut((right - left) as usize);
+    let (left_cost, right_cost) = rayon::join(
+        || refit(on_left, left, triangles),
+        || refit(on_right, right, triangles),
+    );
+    root[0].aabb = on_left[0].aabb.union(on_right[0].aabb);
+    root[0].aabb.half_area() + left_cost + right_cost
 }
 
-/// The inner nodes in order, each with links to both children and without their boxes.
-fn linked(tree: &[TreeNode]) -> Vec<Node> {
-    let mut inner = 0;
-    let packed_index: Vec<u32> = (tree.iter())
-        .map(|node| {
-            let index = inner;
-            inner += u32::from(!node.is_leaf);
-            index
-        })
-        .collect();
+/// The children of an inner node. A root that is the only leaf is its own two, at little cost.
+fn children(tree: &[TreeNode], index: u32) -> [u32; 2] {
+    let node = &tree[index as usize];
+    match node.is_leaf {
+        true => [index; 2],
+        false => [node.left, node.right],
+    }
+}
+
+/// Indices in the tree of the nodes that are packed: the inner ones, or a root that is the only leaf.
+fn packed(tree: &[TreeNode]) -> Vec<u32> {
+    let is_packed = |index: &u32| tree.len() == 1 || !tree[*index as usize].is_leaf;
+    (0..tree.len() as u32).filter(is_packed).collect()
+}
+
+/// Nodes with links to both children and without their boxes.
+fn linked(tree: &[TreeNode], packed: &[u32]) -> Vec<Node> {
+    let mut places = vec![0; tree.len()];
+    for (place, &index) in (0..).zip(packed) {
+        places[index as usize] = place;
+    }
     let link = |index: u32| {
         let node = &tree[index as usize];
         if node.is_leaf {
             assert!(node.right < 16 && node.left >> COUNT_SHIFT == 0);
             node.left | node.right << COUNT_SHIFT
         } else {
-            packed_index[index as usize]
+            places[index as usize]
         }
     };
-    children(tree)
-        .map(|[left, right]| Node {
-            left_link: link(left),
-            right_link: link(right),
+    let nodes = packed.iter().map(|&index| {
+        let [left_link, right_link] = children(tree, index).map(link);
+        Node {
+            left_link,
+            right_link,
             ..Default::default()
-        })
-        .collect()
+        }
+    });
+    nodes.collect()
 }
 
 /// A bounding box in grid coordinates, lower | upper << 16 per axis, at least one step larger than rounding requires.
@@ -219,7 +249,7 @@ mod tests {
             let x = f32::from((i.wrapping_mul(40503) >> 3) as u16) / 1000.0;
             Vec3::new(x, (x * 7.0).sin(), (x * 3.0).cos())
         };
-        for count in [1, 2, 9, 1000] {
+        for count in [1, 2, 9, 1000, 60_000] {
             let triangles: Vec<_> = (0..count)
                 .map(|i| gpu_types::Triangle {
                     position: corner(3 * i),
@@ -229,6 +259,7 @@ mod tests {
                 })
                 .collect();
             let mut bvh = Bvh::new(&triangles);
+            assert_eq!(bvh.tree.len() > PART, count == 60_000, "by several threads");
             let mut sorted: Vec<_> = bvh.order.iter().map(|i| triangles[*i as usize]).collect();
             assert_holds(&bvh, &sorted);
             for triangle in &mut sorted {

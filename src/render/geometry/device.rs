@@ -73,17 +73,16 @@ impl DeviceGeometry {
         &mut self,
         staging: &mut Staging,
         scene: &Scene,
-        moved: &[usize],
+        moved: &[(usize, Cow<Mesh>)],
     ) -> Result<bool> {
         if moved.is_empty() {
             return Ok(false);
         }
         let store = &mut self.store;
         let is_rebuilt = if self.is_written {
-            for &object in moved {
-                let mesh = scene.objects[object].geometry.mesh();
-                store.set_mesh(object, &mesh);
-                self.merging.set_mesh(object, &mesh);
+            for (object, mesh) in moved {
+                store.set_mesh(*object, mesh);
+                self.merging.set_mesh(*object, mesh);
             }
             if !self.can_occlude {
                 self.can_occlude = can_occlude(scene, &meshes(scene), MAX_PAIRS_IN_A_FRAME);
@@ -96,7 +95,7 @@ impl DeviceGeometry {
         let range = if is_rebuilt || !self.is_written {
             0..store.triangles.len()
         } else {
-            let indices = || moved.iter().flat_map(|&object| store.indices(object));
+            let indices = || moved.iter().flat_map(|(object, _)| store.indices(*object));
             let first = indices().min().map_or(0, |first| *first as usize);
             first..indices().max().map_or(0, |last| *last as usize + 1)
         };
@@ -110,7 +109,7 @@ impl DeviceGeometry {
         const { assert!(size_of::<Grid>() == size_of::<Node>()) };
         staging.write(&self.nodes, 0, std::slice::from_ref(grid))?;
         staging.write(&self.nodes, 1, nodes)?;
-        if !self.is_written || moved.iter().any(|&object| self.merging.has(object)) {
+        if !self.is_written || moved.iter().any(|(object, _)| self.merging.has(*object)) {
             let first = store.triangles.len();
             staging.write(&self.triangles, first, &self.merging.triangles)?;
             staging.write(&self.normals, first, &self.merging.normals)?;
