@@ -9,11 +9,12 @@ mod host;
 use ash::vk;
 use common::{footprint, only_receiver};
 use nephroid::Error;
+use nephroid::glam::DVec3;
 use nephroid::gpu::{Context, External};
 use nephroid::measure::Spread;
 use nephroid::optics::reflect;
 use nephroid::render::{Frame, Renderer, ViewFrame};
-use nephroid::scene::{Geometry, Scene};
+use nephroid::scene::{Geometry, LightKind, Scene};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -251,4 +252,55 @@ fn recording_a_still_scene_allocates_nothing() {
             println!("{name}: recording takes {median:.3} ms, 95 % at most {p95:.3}");
         });
     }
+}
+
+/// Parts of a frame are recorded again where their commands differ, and only there.
+#[test]
+fn commands_that_frames_have_in_common_are_repeated() {
+    let _alone = alone();
+    let still = common::load("ring.toml");
+    host::with_commands(|external, commands| {
+        // SAFETY: the host outlives the context.
+        let context = unsafe { Context::from_raw(external) }.unwrap();
+        let mut renderer = Renderer::new(&context, &still, &footprint(256)).unwrap();
+        let record = |renderer: &mut Renderer, scene: &Scene, size| {
+            let frame = Frame {
+                scene,
+                direct: true,
+                view: Some(ViewFrame { size, antialias: 1 }),
+            };
+            // SAFETY: recording; never submitted.
+            unsafe { renderer.record(commands, &frame) }.unwrap();
+            renderer.repeated_parts()
+        };
+        let mut recorded = |scene: &Scene, size| {
+            renderer.invalidate();
+            record(&mut renderer, scene, size)
+        };
+        let mut scene = still.clone();
+        assert_eq!([0; 3].map(|_| recorded(&scene, [64, 36])), [0, 4, 4]);
+        let LightKind::Sun { direction, .. } = &mut scene.lights[0].kind else {
+            panic!("a sun");
+        };
+        *direction = (*direction + 0.1 * DVec3::X).normalize();
+        assert_eq!(recorded(&scene, [64, 36]), 4, "other data");
+        scene.camera.position += DVec3::X;
+        assert_eq!(
+            [0; 2].map(|_| recorded(&scene, [64, 36])),
+            [3, 4],
+            "another camera"
+        );
+        assert_eq!(
+            [0; 2].map(|_| recorded(&scene, [80, 36])),
+            [3, 4],
+            "another picture"
+        );
+        renderer.time_passes(true);
+        renderer.invalidate();
+        assert_eq!(record(&mut renderer, &scene, [80, 36]), 0, "times");
+        renderer.time_passes(false);
+        renderer.invalidate();
+        assert_eq!(record(&mut renderer, &scene, [80, 36]), 4);
+        assert_eq!(record(&mut renderer, &scene, [80, 36]), 1, "a view only");
+    });
 }

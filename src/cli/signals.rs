@@ -21,7 +21,7 @@ static CODE: AtomicI32 = AtomicI32::new(130);
 pub const STOPPED: &str = "stopped by Ctrl-C or a signal";
 
 /// How long a command may take to stop by itself.
-const GRACE: Duration = Duration::from_millis(700);
+const GRACE: Duration = Duration::from_secs(1);
 
 /// True once the user wants the program to stop.
 pub fn cancelled() -> &'static AtomicBool {
@@ -36,18 +36,19 @@ pub fn exit_code() -> u8 {
 /// Listens from now on. Files are replaced whole and temporary ones removed, so that a stop leaves nothing
 /// half-written.
 pub fn listen() {
-    let caught = [SIGINT, SIGTERM, SIGHUP].into_iter();
-    let caught = caught.filter(|signal| !is_ignored(*signal)); // as SIGHUP is under nohup
-    let mut signals = match Signals::new(caught) {
+    let ends_at_once = |what: String, error| log("warning", &format!("{what} at once: {error}"));
+    let mut signals = match Signals::new([] as [i32; 0]) {
         Ok(signals) => signals,
-        Err(error) => {
-            log(
-                "warning",
-                &format!("signals end the program at once: {error}"),
-            );
-            return;
-        }
+        Err(error) => return ends_at_once("signals end the program".into(), error),
     };
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        if is_ignored(signal) {
+            continue; // as under nohup
+        }
+        if let Err(error) = signals.add_signal(signal) {
+            ends_at_once(format!("signal {signal} ends the program"), error);
+        }
+    }
     thread::spawn(move || {
         let Some(signal) = signals.forever().next() else {
             return;

@@ -1,4 +1,4 @@
-//! What command buffers consist of, as values: they can be compared before they are recorded.
+//! What command buffers consist of, but for copies and changes of layout, as values that can be compared before they are recorded.
 
 use super::memory::Buffer;
 use super::{Access, Context, Image};
@@ -8,7 +8,7 @@ use std::ffi::CStr;
 /// Bytes of the longest label.
 pub const LONGEST_LABEL: usize = 63;
 
-/// A handle with the number of its object. Handles of objects that are gone may be those of new ones; numbers are not.
+/// A handle with the number of its object. A driver may give the handle of an object that is gone to a new one; a number is given once.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Numbered<T> {
     pub handle: T,
@@ -24,7 +24,7 @@ impl Numbered<vk::Buffer> {
     }
 }
 
-/// A pipeline with its descriptor set.
+/// A pipeline with its descriptor set, whose number tells [`BoundPipeline`](super::BoundPipeline)s apart, also those without a set.
 #[derive(Clone, Copy, PartialEq)]
 pub struct PipelineUse {
     pub pipeline: vk::Pipeline,
@@ -194,7 +194,6 @@ impl Command {
                     device.cmd_fill_buffer(commands, buffer.handle, 0, vk::WHOLE_SIZE, 0);
                 }
                 Self::BeginLabel(name) => {
-                    // On the stack: a host's frame allocates nothing.
                     let mut bytes = [0; LONGEST_LABEL + 1];
                     bytes[..name.len()].copy_from_slice(name.as_bytes());
                     let label = CStr::from_bytes_until_nul(&bytes).expect("the last byte is NUL");

@@ -30,10 +30,7 @@ impl Recorder {
             self.recording,
             "after an error from `submit`, record within a `pass`, which can begin again"
         );
-        assert!(
-            self.open_part.is_none(),
-            "what moves memory differs between frames"
-        );
+        assert!(self.open_part.is_none(), "a reusable part has no copies");
         &self.context.device
     }
 
@@ -48,20 +45,24 @@ impl Recorder {
         unsafe { command.record(&self.context, self.commands, push) };
     }
 
-    /// Calls `record`, whose commands in a host's frame are mostly those of the frame before, and which copies nothing to or from
-    /// the host: such commands are executed once more, in place of being recorded.
+    /// Calls `record`, whose commands in a host's frame are mostly those of the frame before: such commands are executed once more, in
+    /// place of being recorded. A frame has at most one part of a name, and parts have neither copies nor parts in them.
     ///
     /// # Errors
     /// Those of `record`, and [`Error::Device`] where the device fails.
+    ///
+    /// # Panics
+    /// Within another part.
     pub fn reusable(
         &mut self,
         name: &'static str,
         record: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
-        // Every frame in flight has timestamps of its own.
+        // A command buffer of ours is recorded once; of a host's, every frame in flight has timestamps of its own.
         if self.is_ours() || self.timed_frames > 0 {
             return record(self);
         }
+        assert!(self.open_part.is_none(), "{name} is in another part");
         let (number, part) = self.parts.begin(name);
         self.open_part = Some(part);
         let result = record(self);

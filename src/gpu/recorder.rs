@@ -113,8 +113,9 @@ impl Recorder {
         self.refused.take().map_or(Ok(()), Err)
     }
 
-    /// Leaves out the times of the last frame, which the host does not submit.
+    /// The host does not submit the last frame, whose times are left out.
     pub fn forget_last(&mut self) {
+        self.parts.forget_last();
         if self.timed_frames > 0 {
             self.in_flight.pop_back();
         }
@@ -140,6 +141,11 @@ impl Recorder {
             self.timestamps = timestamps;
         }
         Ok(())
+    }
+
+    /// Number of parts of the last frame of a host that executed commands of the frame before.
+    pub fn repeated_parts(&self) -> u32 {
+        self.parts.repeated
     }
 
     pub fn is_ours(&self) -> bool {

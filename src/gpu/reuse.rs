@@ -1,5 +1,5 @@
-//! Parts of a host's frames that mostly have the commands of the frame before. Those are recorded once, and executed again in every
-//! frame: recording and submitting a frame of `ring` on lavapipe then takes 0.4 ms in place of 1 (docs/measurements.md).
+//! Parts of a host's frames that mostly have the commands of the frame before. A part that two frames in a row have is recorded once
+//! more, and executed in the frames that follow: recording and submitting a frame of `ring` on lavapipe then takes 0.4 ms in place of 1 (docs/measurements.md).
 
 use super::command::Command;
 use super::{Context, device_error};
@@ -59,6 +59,8 @@ pub struct ReusableParts {
     known: Vec<Known>,
     /// Command buffers that are no longer used, with the number of frames until none in flight has them.
     retired: Vec<(u32, vk::CommandBuffer)>,
+    /// Parts of the last frame that were executed, not recorded.
+    pub repeated: u32,
 }
 
 impl ReusableParts {
@@ -69,16 +71,23 @@ impl ReusableParts {
             pool: vk::CommandPool::null(),
             known: Vec::new(),
             retired: Vec::new(),
+            repeated: 0,
         }
     }
 
     /// Frees what no frame in flight has any more.
     pub fn begin_frame(&mut self) {
+        self.repeated = 0;
         (self.retired.iter_mut()).for_each(|(frames, _)| *frames -= 1);
         for (_, commands) in self.retired.extract_if(.., |(frames, _)| *frames == 0) {
             // SAFETY: of this pool, and not in use.
             unsafe { (self.context.device).free_command_buffers(self.pool, &[commands]) };
         }
+    }
+
+    /// The last frame is not submitted.
+    pub fn forget_last(&mut self) {
+        (self.retired.iter_mut()).for_each(|(frames, _)| *frames += 1);
     }
 
     /// An empty part, with the number of those of its name.
@@ -130,8 +139,9 @@ impl ReusableParts {
             let commands = unsafe { recorded(&self.context, &mut self.pool, &known.part) };
             known.recorded = Some(commands?);
         }
+        self.repeated += 1;
         let commands = known.recorded.as_slice();
-        // SAFETY: as the caller's; they are recorded for any number of frames.
+        // SAFETY: as the caller's; frames in flight share them, by SIMULTANEOUS_USE.
         unsafe { self.context.device.cmd_execute_commands(frame, commands) };
         Ok(())
     }
@@ -161,15 +171,21 @@ unsafe fn recorded(
     let begin = vk::CommandBufferBeginInfo::default()
         .flags(vk::CommandBufferUsageFlags::SIMULTANEOUS_USE)
         .inheritance_info(&inherited);
-    // SAFETY: a new command buffer; the objects are the caller's. What fails is freed with the pool.
+    // SAFETY: a new command buffer; the objects are the caller's.
     unsafe {
         let commands = device.allocate_command_buffers(&info).map_err(failed())?[0];
-        device
-            .begin_command_buffer(commands, &begin)
-            .map_err(failed())?;
-        part.record(context, commands);
-        device.end_command_buffer(commands).map_err(failed())?;
-        Ok(commands)
+        let begun = device.begin_command_buffer(commands, &begin);
+        let ended = begun.and_then(|()| {
+            part.record(context, commands);
+            device.end_command_buffer(commands)
+        });
+        match ended {
+            Ok(()) => Ok(commands),
+            Err(error) => {
+                device.free_command_buffers(*pool, &[commands]);
+                Err(failed()(error))
+            }
+        }
     }
 }
 

@@ -182,6 +182,13 @@ impl Staging {
         buffer.mapped()[start as usize..][..bytes.len()].copy_from_slice(bytes);
     }
 
+    /// The last recording is not submitted: the next one overwrites what it read.
+    pub fn forget_last(&mut self) {
+        if std::mem::take(&mut self.is_recorded) {
+            self.used = 0;
+        }
+    }
+
     /// Records the copies. The caller has them wait for whoever used the targets before, and makes them visible.
     pub fn record(&mut self, recorder: &mut Recorder) {
         self.idle = if self.copies.is_empty() {

@@ -185,8 +185,8 @@ impl Renderer {
     /// submit the command buffer.
     ///
     /// # Safety
-    /// `commands` is in the recording state, outside a render pass, and comes from a pool of the context's queue family. It is
-    /// submitted once, to the same queue as the command buffers of earlier frames and after them. At most
+    /// `commands` is a primary command buffer in the recording state, outside a render pass and without an active query, and comes from
+    /// a pool of the context's queue family. What is bound to it is undefined afterwards. It is submitted once, to the same queue as the command buffers of earlier frames and after them. At most
     /// [`Settings::frames_in_flight`] frames are in flight: the host has waited for the frame that many frames before this
     /// one.
     pub unsafe fn record(
@@ -201,6 +201,28 @@ impl Renderer {
             });
         }
         self.retire();
+        // SAFETY: the caller's promise.
+        let recorded = unsafe { self.record_frame(commands, frame) };
+        // The frame that fails is not one of those in flight.
+        recorded
+            .inspect_err(|_| (self.retired.iter_mut()).for_each(|(frames, ..)| *frames += 1))?;
+        let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
+        Ok(Output {
+            light_map: MapImage::of(&self.light_map),
+            direct_map: MapImage::of(&self.direct.map),
+            view: frame
+                .view
+                .and(self.view.as_ref())
+                .map(|view| MapImage::of(&view.image)),
+            last_stage,
+            last_access,
+            receivers: &self.tiles,
+        })
+    }
+
+    /// # Safety
+    /// That of [`Renderer::record`].
+    unsafe fn record_frame(&mut self, commands: vk::CommandBuffer, frame: &Frame) -> Result<()> {
         self.update(frame.scene)?;
         if frame.direct || frame.view.is_some() {
             self.fit_direct_maps()?;
@@ -227,21 +249,16 @@ impl Renderer {
             self.recorder.forget_last();
             self.counter.iter_mut().for_each(Counter::forget_last);
             // The copies of the scene's changes are lost, too.
+            self.scene.staging.forget_last();
             self.scene.is_stale = true;
             self.invalidate();
-        })?;
-        let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
-        Ok(Output {
-            light_map: MapImage::of(&self.light_map),
-            direct_map: MapImage::of(&self.direct.map),
-            view: frame
-                .view
-                .and(self.view.as_ref())
-                .map(|view| MapImage::of(&view.image)),
-            last_stage,
-            last_access,
-            receivers: &self.tiles,
         })
+    }
+
+    /// Number of parts of the last recorded frame that executed the commands of the frame before, in place of being recorded: the
+    /// caustic, the environment's direct light, other direct light, and the view.
+    pub fn repeated_parts(&self) -> u32 {
+        self.recorder.repeated_parts()
     }
 
     /// Keeps stages that were replaced until no frame in flight uses them.

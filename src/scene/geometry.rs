@@ -170,12 +170,15 @@ impl Rect {
     }
 }
 
+/// Vertices that one thread computes at once.
+const PART: usize = 4096;
+
 /// A rectangle whose height along its normal is a sum of sines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Waves {
     /// At rest.
     pub rect: Rect,
-    /// Number of quads along edge_u and edge_v, two triangles each.
+    /// Number of quads along edge_u and edge_v, two triangles each; both less than 2¹⁶ − 1.
     pub quads: [u32; 2],
     pub sines: Vec<Sine>,
     /// s
@@ -227,7 +230,7 @@ impl Waves {
             )
         };
         let vertices = (0..(columns + 1) * (rows + 1)).into_par_iter();
-        let (positions, normals) = vertices.map(vertex).unzip();
+        let (positions, normals) = vertices.with_min_len(PART).map(vertex).unzip();
         let mut triangles = Vec::with_capacity(2 * columns as usize * rows as usize);
         for row in 0..rows {
             for column in 0..columns {

@@ -93,7 +93,7 @@ pub struct Session {
     last_advance: Option<Instant>,
     pub repaint_at: Option<Instant>,
     pub needs_frame: bool,
-    /// The picture is as fine as it gets, and nothing asks for another one.
+    /// The picture is as fine as it gets, and no frame has to follow at once.
     pub is_settled: bool,
     is_scripted: bool,
     frames: u32,
@@ -314,7 +314,7 @@ impl Session {
         record: Option<&Path>,
     ) -> Result<Option<(FrameTimes, Option<f32>)>> {
         let start = Instant::now();
-        self.needs_frame = false;
+        (self.needs_frame, self.is_settled) = (false, false);
         if !self.display.prepare(&self.window)? {
             return Ok(None);
         }

@@ -24,7 +24,7 @@ pub struct Bvh {
     /// Indices in `tree` of `nodes`.
     packed: Vec<u32>,
     /// Cost of the tree when it was built.
-    cost: f32,
+    cost: f64,
 }
 
 /// Maximum grid coordinate.
@@ -36,7 +36,7 @@ const MARGIN: f32 = 4.0;
 /// A tree is rebuilt when its cost has grown by this factor, and refitted until then. Over 120 frames of `pool` and of
 /// a turning `ring`, updates took 5.2 and 1.1 ms with refitting, 16.7 and 3.4 ms with a rebuild in every frame; rays
 /// took the same time in both cases.
-const GROWN: f32 = 2.0;
+const GROWN: f64 = 2.0;
 
 /// Nodes that one thread refits or packs at once.
 const PART: usize = 16_384;
@@ -131,7 +131,7 @@ fn grid(root: &Aabb) -> Grid {
 }
 
 /// Refits the boxes of a subtree, whose root has the index `first` among all nodes; its cost.
-fn refit(nodes: &mut [TreeNode], first: u32, triangles: &[gpu_types::Triangle]) -> f32 {
+fn refit(nodes: &mut [TreeNode], first: u32, triangles: &[gpu_types::Triangle]) -> f64 {
     if nodes.len() <= PART {
         for index in (0..nodes.len()).rev() {
             let node = nodes[index];
@@ -150,7 +150,7 @@ fn refit(nodes: &mut [TreeNode], first: u32, triangles: &[gpu_types::Triangle]) 
         || refit(on_right, right, triangles),
     );
     root[0].aabb = on_left[0].aabb.union(on_right[0].aabb);
-    root[0].aabb.half_area() + left_cost + right_cost
+    f64::from(root[0].aabb.half_area()) + left_cost + right_cost
 }
 
 /// The children of an inner node. A root that is the only leaf is its own two, at little cost.

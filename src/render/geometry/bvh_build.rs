@@ -289,7 +289,7 @@ pub fn compact(sparse: &[TreeNode]) -> Vec<TreeNode> {
 }
 
 /// Expected number of traversal steps of a ray, up to a constant factor: the total area of the inner boxes.
-pub fn cost(tree: &[TreeNode]) -> f32 {
+pub fn cost(tree: &[TreeNode]) -> f64 {
     let inner = tree.iter().filter(|node| !node.is_leaf);
-    inner.map(|node| node.aabb.half_area()).sum()
+    inner.map(|node| f64::from(node.aabb.half_area())).sum()
 }
