@@ -340,12 +340,8 @@ mod tests {
         }
         store.set_mesh(water, &moved);
         store.refit_or_rebuild();
-        for object in 0..scene.objects.len() {
-            let mesh = if object == water {
-                &moved
-            } else {
-                &*meshes[object]
-            };
+        for (object, still) in meshes.iter().enumerate() {
+            let mesh = if object == water { &moved } else { still };
             for (corners, &place) in mesh.triangles.iter().zip(store.indices(object)) {
                 let (triangle, normals) = (
                     store.triangles[place as usize],
