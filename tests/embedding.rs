@@ -256,7 +256,7 @@ fn recording_a_still_scene_allocates_nothing() {
 
 /// Parts of a frame are recorded again where their commands differ, and only there.
 #[test]
-fn commands_that_frames_have_in_common_are_repeated() {
+fn commands_that_frames_have_in_common_are_reused() {
     let _alone = alone();
     let still = common::load("ring.toml");
     host::with_commands(|external, commands| {
@@ -271,7 +271,7 @@ fn commands_that_frames_have_in_common_are_repeated() {
             };
             // SAFETY: recording; never submitted.
             unsafe { renderer.record(commands, &frame) }.unwrap();
-            renderer.repeated_parts()
+            renderer.reused_parts()
         };
         let mut recorded = |scene: &Scene, size| {
             renderer.invalidate();

@@ -24,6 +24,7 @@ mod recorder;
 #[cfg(feature = "dev")]
 mod reload;
 mod requirements;
+mod retired;
 mod reuse;
 mod shader;
 mod staging;
@@ -47,6 +48,7 @@ pub use recorder::{PassTime, Progress, Recorder, Submissions, Watcher};
 #[cfg(feature = "dev")]
 pub use reload::NewShaders;
 pub use requirements::Requirements;
+pub use retired::Retired;
 pub use shader::{Shader, StructLayout, shaders};
 pub use staging::Staging;
 pub use texel::{Colour, Texel};

@@ -2,7 +2,7 @@
 
 use super::command::{Command, LONGEST_LABEL};
 use super::pace::{Allowance, Pace};
-use super::reuse::{Part, ReusableParts};
+use super::reuse::{CommandList, ReusableParts};
 use super::timestamps::Timestamps;
 use super::{Buffer, Context, device_error};
 use crate::error::{Error, Result};
@@ -82,8 +82,8 @@ pub struct Recorder {
     /// What cannot be run among what was recorded, for [`Recorder::submit`] to return.
     pub(super) refused: Option<Error>,
     pub(super) parts: ReusableParts,
-    /// What the commands that follow are added to.
-    pub(super) open_part: Option<Part>,
+    /// The reusable part that is being recorded.
+    pub(super) open_part: Option<CommandList>,
     wait_each_pass: bool,
     /// Memory of the last [`Recorder::read`], which the next one uses again if it suffices.
     pub(super) readback: Option<Buffer>,
@@ -143,9 +143,9 @@ impl Recorder {
         Ok(())
     }
 
-    /// Number of parts of the last frame of a host that executed commands of the frame before.
-    pub fn repeated_parts(&self) -> u32 {
-        self.parts.repeated
+    /// Number of [`Recorder::reusable`] parts of the last frame of a host that executed the commands of the frame before.
+    pub fn reused_parts(&self) -> u32 {
+        self.parts.reused
     }
 
     pub fn is_ours(&self) -> bool {

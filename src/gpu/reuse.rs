@@ -2,6 +2,7 @@
 //! more, and executed in the frames that follow: recording and submitting a frame of `ring` on lavapipe then takes 0.4 ms in place of 1 (docs/measurements.md).
 
 use super::command::Command;
+use super::retired::Retired;
 use super::{Context, device_error};
 use crate::error::Result;
 use ash::vk;
@@ -9,12 +10,12 @@ use std::sync::Arc;
 
 /// Commands with their push constants, one after the other.
 #[derive(Default, PartialEq)]
-pub struct Part {
+pub struct CommandList {
     commands: Vec<Command>,
     push: Vec<u8>,
 }
 
-impl Part {
+impl CommandList {
     pub fn add(&mut self, command: Command, push: &[u8]) {
         self.commands.push(command);
         self.push.extend_from_slice(push);
@@ -43,43 +44,40 @@ impl Part {
 /// A part of the last frame that had it.
 struct Known {
     name: &'static str,
-    part: Part,
+    part: CommandList,
     /// Memory for the next one.
-    spare: Part,
+    spare: CommandList,
     /// Where it is recorded, once two frames in a row had it.
     recorded: Option<vk::CommandBuffer>,
 }
 
 pub struct ReusableParts {
     context: Arc<Context>,
-    /// Maximum number of frames in flight.
-    frames: u32,
     /// Null until it is needed.
     pool: vk::CommandPool,
     known: Vec<Known>,
-    /// Command buffers that are no longer used, with the number of frames until none in flight has them.
-    retired: Vec<(u32, vk::CommandBuffer)>,
-    /// Parts of the last frame that were executed, not recorded.
-    pub repeated: u32,
+    /// Command buffers of earlier parts.
+    retired: Retired<vk::CommandBuffer>,
+    /// Number of parts of the last frame that were executed, not recorded.
+    pub reused: u32,
 }
 
 impl ReusableParts {
+    /// For at most `frames` frames in flight.
     pub fn new(context: &Arc<Context>, frames: u32) -> Self {
         Self {
             context: context.clone(),
-            frames: frames.max(1),
             pool: vk::CommandPool::null(),
             known: Vec::new(),
-            retired: Vec::new(),
-            repeated: 0,
+            retired: Retired::new(frames),
+            reused: 0,
         }
     }
 
     /// Frees what no frame in flight has any more.
     pub fn begin_frame(&mut self) {
-        self.repeated = 0;
-        (self.retired.iter_mut()).for_each(|(frames, _)| *frames -= 1);
-        for (_, commands) in self.retired.extract_if(.., |(frames, _)| *frames == 0) {
+        self.reused = 0;
+        for commands in self.retired.begin_frame() {
             // SAFETY: of this pool, and not in use.
             unsafe { (self.context.device).free_command_buffers(self.pool, &[commands]) };
         }
@@ -87,18 +85,18 @@ impl ReusableParts {
 
     /// The last frame is not submitted.
     pub fn forget_last(&mut self) {
-        (self.retired.iter_mut()).for_each(|(frames, _)| *frames += 1);
+        self.retired.forget_last();
     }
 
     /// An empty part, with the number of those of its name.
-    pub fn begin(&mut self, name: &'static str) -> (usize, Part) {
+    pub fn begin(&mut self, name: &'static str) -> (usize, CommandList) {
         let mut known = self.known.iter();
         let number = known.position(|known| known.name == name);
         let number = number.unwrap_or_else(|| {
             self.known.push(Known {
                 name,
-                part: Part::default(),
-                spare: Part::default(),
+                part: CommandList::default(),
+                spare: CommandList::default(),
                 recorded: None,
             });
             self.known.len() - 1
@@ -117,19 +115,16 @@ impl ReusableParts {
     /// `frame` is a recording command buffer of the context's device, outside of rendering, and all objects of the part live.
     pub unsafe fn finish(
         &mut self,
-        (number, part): (usize, Part),
+        (number, part): (usize, CommandList),
         frame: vk::CommandBuffer,
     ) -> Result<()> {
         let known = &mut self.known[number];
         let is_same = known.part == part;
         known.spare = std::mem::replace(&mut known.part, part);
         if !is_same {
-            self.retired.extend(
-                known
-                    .recorded
-                    .take()
-                    .map(|commands| (self.frames, commands)),
-            );
+            if let Some(commands) = known.recorded.take() {
+                self.retired.keep(commands);
+            }
             // SAFETY: as the caller's.
             unsafe { known.part.record(&self.context, frame) };
             return Ok(());
@@ -139,7 +134,7 @@ impl ReusableParts {
             let commands = unsafe { recorded(&self.context, &mut self.pool, &known.part) };
             known.recorded = Some(commands?);
         }
-        self.repeated += 1;
+        self.reused += 1;
         let commands = known.recorded.as_slice();
         // SAFETY: as the caller's; frames in flight share them, by SIMULTANEOUS_USE.
         unsafe { self.context.device.cmd_execute_commands(frame, commands) };
@@ -154,7 +149,7 @@ impl ReusableParts {
 unsafe fn recorded(
     context: &Context,
     pool: &mut vk::CommandPool,
-    part: &Part,
+    part: &CommandList,
 ) -> Result<vk::CommandBuffer> {
     let failed = || device_error("recording commands for several frames");
     let device = &context.device;

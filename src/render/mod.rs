@@ -50,7 +50,7 @@ pub use settings::{Area, DEFAULT_ERROR, EXPECTED_ERROR, Method, Settings};
 pub use view::overlay::Overlay;
 
 use crate::error::{Error, Result};
-use crate::gpu::{Context, Image, PassTime, Recorder, Sampling, Submissions, Watcher};
+use crate::gpu::{Context, Image, PassTime, Recorder, Retired, Sampling, Submissions, Watcher};
 use crate::render::caustic::Caustic;
 use crate::render::device_scene::{Change, DeviceScene};
 use crate::render::frame_counts::Counter;
@@ -63,7 +63,6 @@ use crate::render::view::overlay::Overlays;
 use crate::scene::{Camera, Scene};
 use ash::vk;
 use std::any::Any;
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -77,9 +76,6 @@ pub struct ViewMemory {
     /// The picture and the visible triangles at its samples, bytes.
     pub picture: u64,
 }
-
-/// Stages that frames in flight may still use, with the number of frames for which they must be kept.
-type Retired = (u32, Box<dyn Any + Send + Sync>);
 
 /// A scene on a device, ready to be rendered repeatedly.
 pub struct Renderer {
@@ -100,7 +96,8 @@ pub struct Renderer {
     /// While frames are counted, with the counts of the last one that has ended.
     counter: Option<Counter>,
     counts: Option<FrameCounts>,
-    retired: VecDeque<Retired>,
+    /// Stages that were replaced.
+    retired: Retired<Box<dyn Any + Send + Sync>>,
     /// Whether a caustic was recorded, so that its counts are defined.
     has_caustic: bool,
     /// Whether the light maps show the current scene. If so, no caustic is computed.
@@ -150,6 +147,7 @@ impl Renderer {
             false => Recorder::new(context)?,
         };
         Ok(Self {
+            retired: Retired::new(settings.frames_in_flight),
             context: context.clone(),
             settings,
             tiles: host::tiles(&device),
@@ -164,7 +162,6 @@ impl Renderer {
             recorder,
             counter: None,
             counts: None,
-            retired: VecDeque::new(),
             has_caustic: false,
             is_current: false,
             is_direct_current: false,
@@ -186,9 +183,9 @@ impl Renderer {
     ///
     /// # Safety
     /// `commands` is a primary command buffer in the recording state, outside a render pass and without an active query, and comes from
-    /// a pool of the context's queue family. What is bound to it is undefined afterwards. It is submitted once, to the same queue as the command buffers of earlier frames and after them. At most
-    /// [`Settings::frames_in_flight`] frames are in flight: the host has waited for the frame that many frames before this
-    /// one.
+    /// a pool of the context's queue family. What is bound to it is undefined afterwards. It is submitted once, to the same queue as
+    /// the command buffers of earlier frames and after them. At most [`Settings::frames_in_flight`] frames are in flight: the host
+    /// has waited for the frame that many frames before this one.
     pub unsafe fn record(
         &mut self,
         commands: vk::CommandBuffer,
@@ -200,12 +197,10 @@ impl Renderer {
                 remedy: "make the context with Context::from_raw, and pass a command buffer that is recording".into(),
             });
         }
-        self.retire();
+        self.retired.begin_frame().for_each(drop);
         // SAFETY: the caller's promise.
         let recorded = unsafe { self.record_frame(commands, frame) };
-        // The frame that fails is not one of those in flight.
-        recorded
-            .inspect_err(|_| (self.retired.iter_mut()).for_each(|(frames, ..)| *frames += 1))?;
+        recorded.inspect_err(|_| self.retired.forget_last())?;
         let (last_stage, last_access) = frame::LIGHT_MAP_WRITE.masks();
         Ok(Output {
             light_map: MapImage::of(&self.light_map),
@@ -257,28 +252,13 @@ impl Renderer {
 
     /// Number of parts of the last recorded frame that executed the commands of the frame before, in place of being recorded: the
     /// caustic, the environment's direct light, other direct light, and the view.
-    pub fn repeated_parts(&self) -> u32 {
-        self.recorder.repeated_parts()
+    pub fn reused_parts(&self) -> u32 {
+        self.recorder.reused_parts()
     }
 
     /// Keeps stages that were replaced until no frame in flight uses them.
     fn keep(&mut self, stages: impl Any + Send + Sync) {
-        let frames = self.settings.frames_in_flight.max(1);
-        self.retired.push_back((frames, Box::new(stages)));
-    }
-
-    /// Drops the stages that no frame in flight uses.
-    fn retire(&mut self) {
-        self.retired
-            .iter_mut()
-            .for_each(|(frames, ..)| *frames -= 1);
-        while self
-            .retired
-            .front()
-            .is_some_and(|(frames, ..)| *frames == 0)
-        {
-            self.retired.pop_front();
-        }
+        self.retired.keep(Box::new(stages));
     }
 
     /// Finds what changed in `scene` since the last frame. The next [`Renderer::caustic`], [`Renderer::view`] or

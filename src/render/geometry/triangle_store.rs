@@ -150,13 +150,6 @@ impl TriangleStore {
         let range = self.ranges[object].clone();
         let (indices, origin) = (&self.indices, self.origin);
         let place = |number: u32| indices[number as usize] as usize;
-        let write =
-            |number: u32, triangle: &mut gpu_types::Triangle, normals: &mut gpu_types::Normals| {
-                let corners = &mesh.triangles[number as usize - range.start];
-                [triangle.position, triangle.edge1, triangle.edge2] =
-                    geometry_of(mesh, corners, origin);
-                [normals.n0, normals.n1, normals.n2] = normals_of(mesh, corners);
-            };
         // The memory that every part writes. Writing in the order of memory takes three quarters of the time.
         let (mut triangles, mut normals) = (&mut self.triangles[..], &mut self.normals[..]);
         let mut taken = 0;
@@ -172,8 +165,12 @@ impl TriangleStore {
             .into_par_iter()
             .for_each(|(numbers, first, (triangles, normals))| {
                 for &number in numbers {
+                    let corners = &mesh.triangles[number as usize - range.start];
                     let index = place(number) - first;
-                    write(number, &mut triangles[index], &mut normals[index]);
+                    let (triangle, normals) = (&mut triangles[index], &mut normals[index]);
+                    [triangle.position, triangle.edge1, triangle.edge2] =
+                        geometry_of(mesh, corners, origin);
+                    [normals.n0, normals.n1, normals.n2] = normals_of(mesh, corners);
                 }
             });
     }
