@@ -27,8 +27,8 @@ const uint OCCLUDES = 1;
 const uint IS_MESH_RECEIVER = 2;
 // `Triangle.flags`: the triangle casts shadows in the direct light of the environment.
 const uint OCCLUDES_ENVIRONMENT = 4;
-// `Triangle.flags`: several triangles of a caster, merged. `twin` leads to the midpoints of its sides: `position`, `edge1` and `edge2`
-// there are those of the sides 01, 12 and 20, and n0, n1 and n2 the normals.
+// `Triangle.flags`: several triangles of a caster, merged. `twin` leads to the triangle of the midpoints of its sides 01, 12
+// and 20.
 const uint MERGED = 8;
 
 // `Object.kind`.
@@ -62,6 +62,8 @@ const uint LEAF = 8;
 const int STACK = 48;
 // Position of the number of triangles in a link of the hierarchy.
 const uint COUNT_SHIFT = 28;
+// Threads of a workgroup that refits the hierarchy: the most that every device has.
+const uint REFIT_GROUP = 128;
 
 // The coarsest level of any light map.
 const int MAX_LEVEL = 5;

@@ -42,6 +42,14 @@ struct Node {
     uint right_link;
 };
 
+// The box of a node of the hierarchy.
+struct NodeBox {
+    vec3 lower;
+    float unused;
+    vec3 upper;
+    float cost;      // sum of half the surface areas of this node and the inner nodes below, m^2
+};
+
 struct Object {
     vec3 color;      // mirror: reflectance; diffuse surface: albedo; dielectric: index of refraction of each colour channel's mean wavelength
     uint kind;       // DIFFUSE, MIRROR, CONDUCTOR or DIELECTRIC

@@ -15,8 +15,8 @@ vec3[3] bulges_of(Triangle triangle) {
         float scale = is_merged(triangle) ? 4.0 : 0.0;
         vec3 at = triangle.position;
         bulges[0] = scale * (middle.position - at - 0.5 * triangle.edge1);
-        bulges[1] = scale * (middle.edge1 - at - 0.5 * (triangle.edge1 + triangle.edge2));
-        bulges[2] = scale * (middle.edge2 - at - 0.5 * triangle.edge2);
+        bulges[1] = scale * (middle.position + middle.edge1 - at - 0.5 * (triangle.edge1 + triangle.edge2));
+        bulges[2] = scale * (middle.position + middle.edge2 - at - 0.5 * triangle.edge2);
     }
     return bulges;
 }

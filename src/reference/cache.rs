@@ -451,7 +451,7 @@ impl Feed {
 
     fn geometry(&mut self, geometry: &Geometry) {
         match geometry {
-            Geometry::Mesh(_) | Geometry::Waves(_) => {
+            Geometry::Mesh(_) | Geometry::Placed { .. } | Geometry::Waves(_) => {
                 let mesh = geometry.mesh();
                 let Mesh {
                     positions,

@@ -143,7 +143,7 @@ impl Walk {
         let corners = triangles_that_block(scene);
         let blocking = scene.objects.iter().filter(|object| object.blocks_light);
         let is_of_receiver = blocking.flat_map(|object| {
-            let count = object.geometry.mesh().triangles.len();
+            let count = object.geometry.triangle_count();
             std::iter::repeat_n(object.light_map.is_some(), count)
         });
         let receivers = (corners.iter().zip(is_of_receiver))

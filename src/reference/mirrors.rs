@@ -196,7 +196,7 @@ pub fn opaque_triangles_that_block(scene: &Scene) -> Vec<[DVec3; 3]> {
     let mut triangles = triangles_that_block(scene);
     let mut first = 0;
     for object in scene.objects.iter().filter(|object| object.blocks_light) {
-        let count = object.geometry.mesh().triangles.len();
+        let count = object.geometry.triangle_count();
         let kind = &scene.materials[object.material].kind;
         if matches!(kind, MaterialKind::Dielectric(_)) {
             for triangle in &mut triangles[first..first + count] {

@@ -8,6 +8,7 @@ use crate::reference::receiver::{MeshReceiver, PlanarReceiver, Receiver};
 use crate::reference::visibility::Blockers;
 use crate::scene::{Atlas, Geometry, NoLayout, Scene};
 use glam::DVec3;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is to be solved, in the form that both methods use.
@@ -73,9 +74,13 @@ pub fn receiver_of(scene: &Scene, receiver: usize, texels: [u32; 2]) -> Result<R
         .ok_or_else(not_one)?;
     match &object.geometry {
         Geometry::Rect(rect) => Ok(Receiver::Planar(PlanarReceiver::new(*rect, texels))),
-        Geometry::Mesh(mesh) => {
+        geometry @ (Geometry::Mesh(_) | Geometry::Placed { .. }) => {
             let (atlas, _) = Atlas::of(object, texels).map_err(NoLayout::into_error)?;
-            let receiver = MeshReceiver::new(mesh, atlas).ok_or_else(not_one)?;
+            let mesh = match geometry {
+                Geometry::Mesh(mesh) => mesh.clone(),
+                _ => Arc::new(geometry.mesh().into_owned()),
+            };
+            let receiver = MeshReceiver::new(&mesh, atlas).ok_or_else(not_one)?;
             Ok(Receiver::Mesh(receiver))
         }
         Geometry::Waves(_) => Err(not_one()),

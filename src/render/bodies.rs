@@ -1,6 +1,6 @@
 //! Bounding boxes of objects, and which of them are solid: closed dielectric meshes without a receiver or a lamp inside.
 
-use crate::scene::{Geometry, Light, LightKind, MaterialKind, Mesh, Object, Scene, is_closed};
+use crate::scene::{Light, LightKind, MaterialKind, Mesh, Object, Scene, bounds, is_closed};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -8,44 +8,41 @@ use std::borrow::Cow;
 const CONTACT: f64 = 1e-6;
 
 pub struct Bodies {
-    /// Bounding box of each object, m, where it is needed.
+    /// Bounding box of each object, m.
     pub bounds: Vec<[DVec3; 2]>,
     /// Whether an object is a closed dielectric mesh.
     is_closed: Vec<bool>,
-    needs_bounds: Vec<bool>,
 }
 
 impl Bodies {
-    /// `has_chains`: the bounds of all casters are needed.
-    pub fn new(scene: &Scene, has_chains: bool) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let closed = |object: &Object| {
-            let kind = &scene.materials[object.material].kind;
-            match &object.geometry {
-                Geometry::Mesh(mesh) => {
-                    matches!(kind, MaterialKind::Dielectric(_)) && is_closed(mesh)
-                }
-                Geometry::Rect(_) | Geometry::Waves(_) => false,
-            }
+            matches!(
+                scene.materials[object.material].kind,
+                MaterialKind::Dielectric(_)
+            ) && (object.geometry.placement()).is_some_and(|(mesh, _)| is_closed(mesh))
         };
-        let is_closed: Vec<bool> = scene.objects.iter().map(closed).collect();
-        let is_caster =
-            |object: &Object| has_chains && scene.materials[object.material].kind.is_specular();
         Self {
             bounds: vec![[DVec3::ZERO; 2]; scene.objects.len()],
-            needs_bounds: (scene.objects.iter().zip(&is_closed))
-                .map(|(object, closed)| *closed || object.light_map.is_some() || is_caster(object))
-                .collect(),
-            is_closed,
+            is_closed: scene.objects.iter().map(closed).collect(),
         }
     }
 
-    /// Updates the bounds of the objects that moved.
-    pub fn update(&mut self, moved: &[(usize, Cow<Mesh>)]) {
-        for &(index, ref mesh) in moved {
-            if self.needs_bounds[index] {
-                self.bounds[index] = mesh.bounds();
-            }
+    /// Updates the bounds of the objects that moved, of which some have these meshes.
+    pub fn update(&mut self, scene: &Scene, moved: &[usize], meshes: &[(usize, Cow<Mesh>)]) {
+        for &object in moved {
+            let mesh = meshes.iter().find(|(of, _)| *of == object);
+            self.bounds[object] = match mesh {
+                Some((_, mesh)) => mesh.bounds(),
+                None => scene.objects[object].geometry.bounds(),
+            };
         }
+    }
+
+    /// Length of the scene's diagonal, m.
+    pub fn size(&self) -> f64 {
+        let [low, high] = bounds(self.bounds.iter().flatten().copied());
+        low.distance(high)
     }
 
     /// Whether an object is a closed body with neither a receiver nor a lamp in it: light of its first surface that it refracts

@@ -78,7 +78,8 @@ impl DeviceScene {
         let mut staging = Staging::new(context, settings.frames_in_flight);
         let atlases = atlases(scene)?;
         let least_pieces = least_pieces(settings);
-        let geometry = DeviceGeometry::new(context, scene, &atlases, least_pieces)?;
+        let frames = settings.frames_in_flight;
+        let geometry = DeviceGeometry::new(context, scene, &atlases, least_pieces, frames)?;
         let receivers = DeviceReceivers::new(context, scene, atlases)?;
         let surfaces = DeviceSurfaces::new(context, scene, &receivers, &geometry.store)?;
         let environment = DeviceEnvironment::new(context, &mut staging, scene)?;
@@ -94,7 +95,7 @@ impl DeviceScene {
         let object_bytes = scene.objects.len() * size_of::<DeviceObject>();
         let mut device = Self {
             lights,
-            bodies: Bodies::new(scene, lattices.is_needed),
+            bodies: Bodies::new(scene),
             lattices,
             objects: Buffer::new(context, "objects", object_bytes as u64)?,
             geometry,
@@ -125,7 +126,8 @@ impl DeviceScene {
     /// As [`crate::render::Renderer::update`].
     pub fn update(&mut self, context: &Arc<Context>, scene: &Scene) -> Result<Change> {
         check_same_structure(&self.scene, scene)?;
-        if !self.is_stale && is_same(&self.scene, scene) {
+        let is_costly = self.geometry.hierarchy.is_costly();
+        if !self.is_stale && !is_costly && is_same(&self.scene, scene) {
             return Ok(Change::Nothing);
         }
         self.lattices.check(scene)?;
@@ -135,9 +137,8 @@ impl DeviceScene {
         let moved: Vec<usize> = (0..scene.objects.len())
             .filter(|&i| is_stale || !same_geometry(&self.scene.objects[i], &scene.objects[i]))
             .collect();
-        let mesh = |&object: &usize| (object, scene.objects[object].geometry.mesh());
-        let moved_meshes: Vec<_> = moved.iter().map(mesh).collect();
-        let is_rebuilt = self.geometry.update(staging, scene, &moved_meshes)?;
+        let written = self.geometry.to_write(context, staging, scene, &moved)?;
+        let is_rebuilt = self.geometry.update(staging, scene, &moved, &written)?;
         if is_rebuilt {
             self.facets.renumber(staging, scene, &self.geometry)?;
         }
@@ -155,7 +156,7 @@ impl DeviceScene {
             &moved,
             is_stale || is_rebuilt,
         )?;
-        self.bodies.update(&moved_meshes);
+        self.bodies.update(scene, &moved, &written);
         self.spectrum.update(staging, scene)?;
         let (bodies, lattices) = (&self.bodies, &self.lattices);
         let objects = objects(

@@ -4,6 +4,7 @@
 //! For messages only: no frame depends on the results.
 
 use crate::render::device_scene::DeviceScene;
+use crate::render::geometry::rays::Rays;
 use crate::render::geometry::triangle_store::TriangleStore;
 use crate::render::gpu_types::{self, Light};
 use crate::render::lights::{direction_toward, outgoing_directions, pack};
@@ -46,15 +47,22 @@ impl Stage {
 pub fn sentences(device: &DeviceScene, with_environment: bool) -> Vec<String> {
     let scene = &device.scene;
     let lights = pack(scene, device.geometry.store.origin);
+    let rays = device.geometry.store.rays();
     let sentence = |(index, object): (usize, &crate::scene::Object)| {
-        let reason = best(device, &lights, with_environment, index).reason()?;
+        let reason = best(device, &rays, &lights, with_environment, index).reason()?;
         let name = object.name.escape_debug();
         Some(format!("object \"{name}\" casts no caustic: {reason}"))
     };
     scene.specular_objects().filter_map(sentence).collect()
 }
 
-fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: usize) -> Stage {
+fn best(
+    device: &DeviceScene,
+    rays: &Rays,
+    lights: &[Light],
+    with_environment: bool,
+    object: usize,
+) -> Stage {
     let (scene, store) = (&device.scene, &device.geometry.store);
     let material = &scene.materials[scene.objects[object].material].kind;
     let places = store.indices(object);
@@ -88,8 +96,8 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                 for outgoing in outgoing_directions(material, normal, toward) {
                     stage = stage.max(Stage::Shadowed);
                     let side = geometric.dot(toward.as_vec3()).signum();
-                    if store.is_occluded(
-                        x + offset(store, side * geometric),
+                    if rays.is_occluded(
+                        x + offset(device, side * geometric),
                         toward.as_vec3(),
                         distance as f32,
                     ) {
@@ -99,7 +107,8 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
                     let side = geometric.dot(outgoing.as_vec3()).signum();
                     if lands(
                         device,
-                        x + offset(store, side * geometric),
+                        rays,
+                        x + offset(device, side * geometric),
                         outgoing.as_vec3(),
                     ) {
                         return Stage::Lands;
@@ -114,8 +123,7 @@ fn best(device: &DeviceScene, lights: &[Light], with_environment: bool, object: 
 
 /// Point `number` of a triangle, with the interpolated and the geometric normal.
 fn point(store: &TriangleStore, place: u32, number: usize) -> (Vec3, DVec3, Vec3) {
-    let triangle = &store.triangles[place as usize];
-    let normals = &store.normals[place as usize];
+    let (triangle, normals) = (store.triangle(place), store.normals(place));
     // The sequence R2 of Roberts (2018), folded into the triangle; the first point is the centroid.
     let [mut s, mut t] = match number {
         0 => [1.0 / 3.0; 2],
@@ -155,18 +163,18 @@ fn above_horizon(toward: DVec3, normal: DVec3, sine: f64) -> DVec3 {
 }
 
 /// Offset from a surface that excludes the surface's own triangle.
-fn offset(store: &TriangleStore, normal: Vec3) -> Vec3 {
-    1e-5 * store.size() * normal
+fn offset(device: &DeviceScene, normal: Vec3) -> Vec3 {
+    1e-5 * device.bodies.size() as f32 * normal
 }
 
 /// Whether the first object that a ray meets is the front of a receiver.
-fn lands(device: &DeviceScene, origin: Vec3, outgoing: Vec3) -> bool {
+fn lands(device: &DeviceScene, rays: &Rays, origin: Vec3, outgoing: Vec3) -> bool {
     let is_receiver = |triangle: &gpu_types::Triangle| {
         device.scene.objects[triangle.object as usize]
             .light_map
             .is_some()
     };
-    let nearest = device.geometry.store.nearest(origin, outgoing, is_receiver);
+    let nearest = rays.nearest(origin, outgoing, is_receiver);
     nearest.is_some_and(|triangle| {
         is_receiver(triangle) && triangle.edge1.cross(triangle.edge2).dot(outgoing) < 0.0
     })

@@ -1,7 +1,8 @@
 //! The frame: every pass and every barrier, in order.
 //!
 //! ```text
-//! upload ─► pilot ─► number                                                           chains: light of several surfaces
+//! upload ─► place ─► refit                                                           what moved
+//!        ─► pilot ─► number                                                           chains: light of several surfaces
 //!        ─► facet flux ─► trace ─► count ─► trace ─► count ─► project ─► splat ─► resolve  suns on planar receivers
 //!        ─► trace ─► number ─► emit ─► … ─► finish ─► splat ─► resolve                chains
 //!        ─► sample ─► project ─► compact ─► splat ─► resolve                         mesh receivers, environments
@@ -44,13 +45,29 @@ const DILATE_BAND: u32 = 1 << 21;
 /// Accesses that write the light maps.
 pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
 
-/// Copies the changes of the scene to the device. The first barrier waits for all earlier frames, including a host's
-/// reads of the light maps.
+/// Copies the changes of the scene to the device, which places the triangles of objects that moved as a whole and refits the
+/// hierarchy. The first barrier waits for all earlier frames, including a host's reads of the light maps.
 pub fn upload(recorder: &mut Recorder, scene: &mut DeviceScene) -> Result<()> {
     recorder.pass("upload", |r| {
         r.barrier(ANY, ANY);
         scene.staging.record(r);
-        r.barrier(Access::TRANSFER_WRITE, Access::ANY_READ);
+        r.barrier(Access::TRANSFER_WRITE, ANY);
+    })?;
+    let geometry = &mut scene.geometry;
+    geometry.hierarchy.begin_frame();
+    if !std::mem::take(&mut geometry.is_moved) {
+        return Ok(());
+    }
+    if !geometry.to_place.is_empty() {
+        recorder.pass("place triangles", |r| {
+            geometry.record_place(r);
+            r.barrier(Access::COMPUTE_WRITE, Access::ANY_READ);
+        })?;
+    }
+    recorder.pass("refit hierarchy", |r| {
+        geometry.hierarchy.record_refit(r);
+        r.barrier(Access::COMPUTE_WRITE, Access::ANY_READ);
+        geometry.hierarchy.record_cost(r);
     })
 }
 

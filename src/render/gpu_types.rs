@@ -29,6 +29,7 @@ mirrors! {
     Normals { n0: Vec3, uv0: u32, n1: Vec3, uv1: u32, n2: Vec3, uv2: u32, }
     Grid { lower: Vec3, unused0: f32, scale: Vec3, unused1: f32, }
     Node { left: UVec3, left_link: u32, right: UVec3, right_link: u32, }
+    NodeBox { lower: Vec3, unused: f32, upper: Vec3, cost: f32, }
     Object { color: Vec3, kind: u32, index: Vec3, receiver: i32, extinction: Vec3, shape: u32, }
     Light {
         place: Vec3, size: f32, power: Vec3, is_lamp: u32,
@@ -119,6 +120,11 @@ mirrors! {
     PointSplat { irradiance: Vec3, texel: u32, }
     Profile { flatness: f32, support: f32, mean: f32, unused: f32, }
 
+    PlacePush {
+        column0: Vec3, first: u32, column1: Vec3, count: u32, column2: Vec3, inverse_scale: f32, shift: Vec3, unused: f32,
+    }
+    RefitPush { first_level: u32, end_level: u32, level_count: u32, }
+    PackPush { node_count: u32, }
     SamplePush { first_patch: u32, patch_count: u32, lit_triangle_count: u32, }
     ProjectPush {
         first_pair: u32, pair_count: u32, patch_count: u32,

@@ -72,7 +72,7 @@ fn seen_radius(store: &TriangleStore, casters: &[usize], lamp: &Light) -> f64 {
             .iter()
             .step_by(triangles.len().div_ceil(TRIANGLES).max(1))
         {
-            let triangle = &store.triangles[index as usize];
+            let triangle = store.triangle(index);
             let middle = triangle.position + (triangle.edge1 + triangle.edge2) / 3.0;
             let area = f64::from(triangle.edge1.cross(triangle.edge2).length());
             let square =

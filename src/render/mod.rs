@@ -245,6 +245,7 @@ impl Renderer {
             self.counter.iter_mut().for_each(Counter::forget_last);
             // The copies of the scene's changes are lost, too.
             self.scene.staging.forget_last();
+            self.scene.geometry.hierarchy.forget_last();
             self.scene.is_stale = true;
             self.invalidate();
         })
@@ -279,6 +280,9 @@ impl Renderer {
         let was_current = std::mem::take(&mut self.is_current);
         let keeps_environment = self.scene.keeps_environment(scene);
         let change = self.scene.update(&self.context, scene)?;
+        if let Some(replaced) = self.scene.geometry.replaced.take() {
+            self.keep(replaced);
+        }
         self.is_current = was_current && change == Change::Nothing;
         self.is_direct_current &= change == Change::Nothing;
         self.is_environment_current &= keeps_environment;

@@ -9,9 +9,9 @@ use std::mem::discriminant;
 use std::sync::Arc;
 
 pub fn same_geometry(a: &Object, b: &Object) -> bool {
-    match (&a.geometry, &b.geometry) {
-        (Geometry::Mesh(a), Geometry::Mesh(b)) => Arc::ptr_eq(a, b) || a == b,
-        (a, b) => a == b,
+    match (a.geometry.placement(), b.geometry.placement()) {
+        (Some((a, by)), Some((b, by_other))) => by == by_other && (Arc::ptr_eq(a, b) || a == b),
+        _ => a.geometry == b.geometry,
     }
 }
 
@@ -139,8 +139,10 @@ fn same_uvs(a: &Object, b: &Object) -> bool {
 
 fn same_topology(a: &Geometry, b: &Geometry) -> bool {
     match (a, b) {
-        (Geometry::Mesh(a), Geometry::Mesh(b)) => Arc::ptr_eq(a, b) || a.triangles == b.triangles,
         (Geometry::Waves(a), Geometry::Waves(b)) => a.quads == b.quads,
-        (a, b) => discriminant(a) == discriminant(b),
+        (a, b) => match (a.placement(), b.placement()) {
+            (Some((a, _)), Some((b, _))) => Arc::ptr_eq(a, b) || a.triangles == b.triangles,
+            _ => discriminant(a) == discriminant(b),
+        },
     }
 }

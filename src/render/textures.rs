@@ -64,7 +64,7 @@ impl DeviceTextures {
         };
         let triangle_count = match is_present {
             true => (scene.objects.iter())
-                .map(|of| of.geometry.mesh().triangles.len())
+                .map(|of| of.geometry.triangle_count())
                 .sum(),
             false => 0,
         };
@@ -96,7 +96,7 @@ impl DeviceTextures {
         if !self.is_present {
             return Ok(());
         }
-        let mut triangles = vec![TexturedTriangle::default(); store.triangles.len()];
+        let mut triangles = vec![TexturedTriangle::default(); store.len()];
         for (index, object) in scene.objects.iter().enumerate() {
             let (Some(map), Some(coordinates)) =
                 (map_of(scene, object), object.texture_coordinates())
@@ -127,8 +127,7 @@ impl DeviceTextures {
 pub fn map_of(scene: &Scene, object: &scene::Object) -> Option<scene::AlbedoMap> {
     let material = &scene.materials[object.material];
     // Without making those of a rect, since frames ask, too.
-    let has_coordinates =
-        object.uvs.is_some() || !matches!(object.geometry, scene::Geometry::Mesh(_));
+    let has_coordinates = object.uvs.is_some() || object.geometry.placement().is_none();
     (material.albedo_map).filter(|_| !material.kind.is_specular() && has_coordinates)
 }
 

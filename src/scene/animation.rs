@@ -196,6 +196,10 @@ impl MovingObject {
             // At rest nothing is rounded, and the mesh is shared.
             if pose != Pose::REST {
                 object.geometry = object.geometry.moved(&motion.similarity(&pose));
+                if self.frames.is_some() {
+                    // A mesh of this time only, which no renderer has at rest.
+                    object.geometry = Geometry::Mesh(Arc::new(object.geometry.mesh().into_owned()));
+                }
             }
         }
         object

@@ -9,7 +9,7 @@
 //! A texel stands for the part of the mesh that lies in it. Texels of which a chart covers less than
 //! [`LEAST_COVER`] are left out, as an average over a sliver says nothing.
 
-use super::{Geometry, Mesh, Object, memory};
+use super::{Mesh, Object, memory};
 use crate::error::Error;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -100,7 +100,7 @@ impl Atlas {
     /// # Panics
     /// Where the object has no mesh.
     pub fn of(object: &Object, size: [u32; 2]) -> Result<(Self, Option<String>), NoLayout> {
-        let Geometry::Mesh(mesh) = &object.geometry else {
+        let Some((mesh, _)) = object.geometry.placement() else {
             panic!("only the light maps of meshes have a layout");
         };
         let (rest, own) = match &object.unwrapping {

@@ -9,6 +9,11 @@ use std::sync::Arc;
 pub enum Geometry {
     /// Shared by the scenes of all times at which it does not move.
     Mesh(Arc<Mesh>),
+    /// A mesh that is scaled, turned and moved as a whole. A renderer that has the mesh only needs `by` in a frame.
+    Placed {
+        mesh: Arc<Mesh>,
+        by: Similarity,
+    },
     Rect(Rect),
     Waves(Waves),
 }
@@ -18,12 +23,56 @@ impl Geometry {
     pub fn mesh(&self) -> Cow<'_, Mesh> {
         match self {
             Self::Mesh(mesh) => Cow::Borrowed(mesh),
+            Self::Placed { mesh, by } => Cow::Owned(mesh.placed(by)),
             Self::Rect(rect) => Cow::Owned(rect.to_mesh()),
             Self::Waves(waves) => Cow::Owned(waves.to_mesh()),
         }
     }
 
-    /// Scaled, turned and moved.
+    /// Number of triangles of [`Self::mesh`].
+    pub fn triangle_count(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) | Self::Placed { mesh, .. } => mesh.triangles.len(),
+            Self::Rect(_) => 2,
+            Self::Waves(waves) => {
+                2 * waves
+                    .quads
+                    .map(|side| side as usize)
+                    .iter()
+                    .product::<usize>()
+            }
+        }
+    }
+
+    /// The mesh where it lies, unless this is a rect or waves.
+    pub fn as_mesh(&self) -> Option<Cow<'_, Mesh>> {
+        self.placement().map(|_| self.mesh())
+    }
+
+    /// The mesh and how it is placed, unless this is a rect or waves.
+    pub fn placement(&self) -> Option<(&Arc<Mesh>, Similarity)> {
+        match self {
+            Self::Mesh(mesh) => Some((mesh, Similarity::IDENTITY)),
+            Self::Placed { mesh, by } => Some((mesh, *by)),
+            Self::Rect(_) | Self::Waves(_) => None,
+        }
+    }
+
+    /// Lower and upper corner of the bounding box, m.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        match self {
+            Self::Placed { mesh, by } => bounds(mesh.positions.iter().map(|p| by.place(*p))),
+            _ => self.mesh().bounds(),
+        }
+    }
+
+    /// Middle of the bounding box, m.
+    pub fn middle(&self) -> DVec3 {
+        let [low, high] = self.bounds();
+        0.5 * (low + high)
+    }
+
+    /// Scaled, turned and moved. Meshes are shared, not copied.
     pub fn moved(&self, by: &Similarity) -> Self {
         let rect = |rect: Rect| Rect {
             origin: by.place(rect.origin),
@@ -31,11 +80,14 @@ impl Geometry {
             edge_v: by.scale * (by.rotation * rect.edge_v),
         };
         match self {
-            Self::Mesh(mesh) => Self::Mesh(Arc::new(Mesh {
-                positions: mesh.positions.iter().map(|p| by.place(*p)).collect(),
-                normals: mesh.normals.iter().map(|n| by.rotation * *n).collect(),
-                triangles: mesh.triangles.clone(),
-            })),
+            Self::Mesh(mesh) => Self::Placed {
+                mesh: mesh.clone(),
+                by: *by,
+            },
+            Self::Placed { mesh, by: before } => Self::Placed {
+                mesh: mesh.clone(),
+                by: by.after(before),
+            },
             Self::Rect(still) => Self::Rect(rect(*still)),
             Self::Waves(still) => {
                 let mut waves = still.clone();
@@ -51,7 +103,7 @@ impl Geometry {
 }
 
 /// p ↦ scale · rotation p + shift
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Similarity {
     /// > 0
     pub scale: f64,
@@ -61,8 +113,23 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    pub(super) fn place(&self, p: DVec3) -> DVec3 {
+    pub const IDENTITY: Self = Self {
+        scale: 1.0,
+        rotation: DMat3::IDENTITY,
+        shift: DVec3::ZERO,
+    };
+
+    pub(crate) fn place(&self, p: DVec3) -> DVec3 {
         self.scale * (self.rotation * p) + self.shift
+    }
+
+    /// This one, after `first`.
+    pub(crate) fn after(&self, first: &Self) -> Self {
+        Self {
+            scale: self.scale * first.scale,
+            rotation: self.rotation * first.rotation,
+            shift: self.place(first.shift),
+        }
     }
 }
 
@@ -81,17 +148,16 @@ pub struct Mesh {
 impl Mesh {
     /// Lower and upper corner of the bounding box, m.
     pub fn bounds(&self) -> [DVec3; 2] {
-        let positions = || self.positions.iter();
-        [
-            positions().fold(DVec3::INFINITY, |a, b| a.min(*b)),
-            positions().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b)),
-        ]
+        bounds(self.positions.iter().copied())
     }
 
-    /// Middle of the bounding box, m.
-    pub fn middle(&self) -> DVec3 {
-        let [low, high] = self.bounds();
-        0.5 * (low + high)
+    /// Scaled, turned and moved.
+    pub fn placed(&self, by: &Similarity) -> Self {
+        Self {
+            positions: self.positions.iter().map(|p| by.place(*p)).collect(),
+            normals: self.normals.iter().map(|n| by.rotation * *n).collect(),
+            triangles: self.triangles.clone(),
+        }
     }
 
     /// Distance from `point` to the nearest point of the triangles, m; infinite if there are none.
@@ -120,6 +186,13 @@ impl Mesh {
         let [a, b, c] = self.corners(triangle);
         a + weights.x * (b - a) + weights.y * (c - a)
     }
+}
+
+/// Lower and upper corner of the box around points.
+pub(crate) fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| {
+        [low.min(p), high.max(p)]
+    })
 }
 
 /// Distance from the origin to the nearest point of the triangle.

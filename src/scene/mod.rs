@@ -27,6 +27,7 @@ mod texture;
 
 pub use animation::Animation;
 pub use atlas::{Atlas, NoLayout, Piece, Texel};
+pub(crate) use geometry::bounds;
 pub use geometry::{Geometry, Mesh, Rect, Similarity, Sine, Waves};
 pub use glass::{D_LINE, Dispersion, GLASSES, Sellmeier};
 pub use light::{EnvironmentMap, Light, LightKind, MAX_RADIANCE};
@@ -40,6 +41,7 @@ pub use texture::{Texture, TextureLevel};
 pub(crate) use texture::{covered, read as read_texture};
 
 use glam::{DMat3, DVec3};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Everything the renderer needs to know, at one time; [`Animation`] has it at every time.
@@ -114,12 +116,10 @@ impl Scene {
     }
 
     /// The meshes that carry a light map, as (index, mesh, texels).
-    pub fn mesh_receivers(&self) -> impl Iterator<Item = (usize, &Arc<Mesh>, [u32; 2])> {
+    pub fn mesh_receivers(&self) -> impl Iterator<Item = (usize, Cow<'_, Mesh>, [u32; 2])> {
         (self.objects.iter().enumerate()).filter_map(|(index, object)| {
-            match (&object.geometry, object.light_map) {
-                (Geometry::Mesh(mesh), Some(texels)) => Some((index, mesh, texels)),
-                _ => None,
-            }
+            let texels = object.light_map?;
+            Some((index, object.geometry.as_mesh()?, texels))
         })
     }
 

@@ -64,7 +64,9 @@ impl Object {
     /// 0 to 1 along edge_u and edge_v. `None` for a mesh whose file has none, or whose material needs none.
     pub fn texture_coordinates(&self) -> Option<Cow<'_, [[DVec2; 3]]>> {
         match &self.geometry {
-            Geometry::Mesh(_) => self.uvs.as_ref().map(|uvs| Cow::Borrowed(uvs.as_slice())),
+            Geometry::Mesh(_) | Geometry::Placed { .. } => {
+                self.uvs.as_ref().map(|uvs| Cow::Borrowed(uvs.as_slice()))
+            }
             Geometry::Rect(_) => Some(Cow::Owned(grid_coordinates([1, 1]))),
             Geometry::Waves(waves) => Some(Cow::Owned(grid_coordinates(waves.quads))),
         }

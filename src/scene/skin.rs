@@ -3,16 +3,15 @@
 
 use super::mesh::places;
 use super::overlap::crossing;
-use super::{Dielectric, Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
+use super::{Dielectric, LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
+use std::borrow::Cow;
 
 /// What is odd about the meshes of specular objects, a sentence each.
 pub fn complaints(scene: &Scene) -> Vec<String> {
     let complaint = |object: &Object| {
-        let Geometry::Mesh(mesh) = &object.geometry else {
-            return None;
-        };
+        let mesh = &object.geometry.as_mesh()?;
         let kind = &scene.materials[object.material].kind;
         let reason = match kind {
             MaterialKind::Diffuse { .. } => None,
@@ -31,15 +30,13 @@ pub fn complaints(scene: &Scene) -> Vec<String> {
 /// Bodies of different media and equal priority whose surfaces cross. A body that lies wholly within another one, as a bubble
 /// does, displaces it. Two bodies of one medium are one.
 fn overlaps(scene: &Scene) -> Vec<String> {
-    let bodies: Vec<(&Object, &Dielectric, &Mesh)> = (scene.objects.iter())
-        .filter_map(
-            |object| match (&scene.materials[object.material].kind, &object.geometry) {
-                (MaterialKind::Dielectric(medium), Geometry::Mesh(mesh)) if !medium.thin => {
-                    Some((object, medium, &**mesh))
-                }
-                _ => None,
-            },
-        )
+    let bodies: Vec<(&Object, &Dielectric, Cow<Mesh>)> = (scene.objects.iter())
+        .filter_map(|object| match &scene.materials[object.material].kind {
+            MaterialKind::Dielectric(medium) if !medium.thin => {
+                Some((object, medium, object.geometry.as_mesh()?))
+            }
+            _ => None,
+        })
         .collect();
     let mut complaints = Vec::new();
     for (index, (object, medium, mesh)) in bodies.iter().enumerate() {

@@ -182,7 +182,7 @@ fn focus(state: &mut State) {
     let selected = state.selected;
     let scene = state.scene();
     let target = match selected {
-        Some(Selected::Object(index)) => scene.objects[index].geometry.mesh().middle(),
+        Some(Selected::Object(index)) => scene.objects[index].geometry.middle(),
         Some(Selected::Light(index)) => match scene.lights[index].kind {
             LightKind::Lamp { position, .. } => position,
             _ => return,
@@ -263,7 +263,7 @@ pub fn picture(ui: &mut Ui, state: &mut State, screen: Rect) {
 
 fn handles(state: &State, scene: &Scene, projection: Projection, screen: Rect) -> Option<Handles> {
     let (middle, turns) = match state.selected? {
-        Selected::Object(index) => (scene.objects[index].geometry.mesh().middle(), true),
+        Selected::Object(index) => (scene.objects[index].geometry.middle(), true),
         Selected::Light(index) => match scene.lights[index].kind {
             LightKind::Lamp { position, .. } => (position, false),
             _ => return None,

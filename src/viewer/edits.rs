@@ -179,7 +179,7 @@ fn carried<T: Clone>(
 /// The points about which objects turn: the middle of their bounds, m.
 pub fn pivots(scene: &Scene) -> Vec<DVec3> {
     (scene.objects.iter())
-        .map(|object| object.geometry.mesh().middle())
+        .map(|object| object.geometry.middle())
         .collect()
 }
 

@@ -1,7 +1,7 @@
 //! The reference of a scene's light maps, which a thread of low priority refines as long as the scene stays the same.
 
 use nephroid::reference::{Options, caustic};
-use nephroid::scene::{Atlas, Geometry, Scene};
+use nephroid::scene::{Atlas, Scene};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{JoinHandle, spawn};
@@ -165,7 +165,7 @@ impl Sum {
         let mut texels: Vec<[f32; 4]> = self.values.iter().map(texel).collect();
         // As in the renderer, texels beside a mesh's charts copy the nearest ones in them.
         let object = &scene.objects[self.receiver];
-        if let Geometry::Mesh(_) = object.geometry
+        if object.geometry.placement().is_some()
             && let Ok((atlas, _)) = Atlas::of(object, self.size)
         {
             for (to, from) in atlas.around() {

@@ -274,7 +274,7 @@ fn place(
     let (key, rect) = match geometry {
         Geometry::Rect(rect) => ("rect", rect),
         Geometry::Waves(waves) => ("waves", &waves.rect),
-        Geometry::Mesh(_) => {
+        Geometry::Mesh(_) | Geometry::Placed { .. } => {
             set(
                 table,
                 "motion",

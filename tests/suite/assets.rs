@@ -228,11 +228,11 @@ impl Irregular {
     fn load(name: &str) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/meshes");
         let scene = load_with_chains(&format!("{name}.toml"));
-        let mesh = (scene.objects.iter()).find_map(|object| match &object.geometry {
-            Geometry::Mesh(mesh) => Some(Mesh::clone(mesh)),
-            _ => None,
-        });
-        let mesh = mesh.unwrap();
+        let mesh = scene
+            .objects
+            .iter()
+            .find_map(|object| object.geometry.as_mesh());
+        let mesh = mesh.unwrap().into_owned();
         let mut numbers = HashMap::new();
         let mut number = |position: &DVec3| {
             let next = numbers.len();

@@ -2,7 +2,7 @@
 
 use crate::common::folder::{Folder, OBJ, SCENE};
 use glam::DVec3;
-use nephroid::scene::{Geometry, LightKind};
+use nephroid::scene::{Geometry, LightKind, Similarity};
 use std::fs;
 use tempfile::TempDir;
 
@@ -99,9 +99,7 @@ fn everything_moves_with_time() {
             panic!("the second light is an environment");
         };
         assert!((found - f64::to_radians(rotation)).abs() < 1e-12);
-        let Geometry::Mesh(mesh) = &scene.objects[0].geometry else {
-            panic!("the first object is a mesh");
-        };
+        let mesh = scene.objects[0].geometry.as_mesh().unwrap();
         assert!(
             mesh.positions.iter().all(|p| (p.z - height).abs() < 1e-12),
             "{time}"
@@ -146,20 +144,28 @@ fn lamps_move_and_fade() {
     }
 }
 
-/// What stands still is shared, not copied.
+/// Meshes are shared at all times, not copied: at rest, and as they are placed.
 #[test]
-fn still_meshes_are_shared() {
+fn meshes_are_shared() {
     let folder = Folder::new();
     let moving =
         "mesh = \"part.obj\"\nmotion = { keyframes = [{ time = 1 }, { time = 2, scale = 2 }] }\n";
     folder.write("scene.toml", SCENE.replace("mesh = \"part.obj\"\n", moving));
     let animation = folder.load().unwrap().animation;
-    let mesh = |time| match &animation.at(time).objects[0].geometry {
-        Geometry::Mesh(mesh) => mesh.clone(),
-        _ => panic!("the first object is a mesh"),
+    let mesh = |time| {
+        let scene = animation.at(time);
+        let (mesh, by) = scene.objects[0].geometry.placement().unwrap();
+        (mesh.clone(), by)
     };
-    assert!(std::sync::Arc::ptr_eq(&mesh(0.0), &mesh(1.0)));
-    assert!(!std::sync::Arc::ptr_eq(&mesh(0.0), &mesh(1.5)));
+    let [
+        (resting, at_rest),
+        (still_resting, still_at_rest),
+        (placed, by),
+    ] = [0.0, 1.0, 1.5].map(mesh);
+    assert!(std::sync::Arc::ptr_eq(&resting, &still_resting));
+    assert_eq!([at_rest, still_at_rest], [Similarity::IDENTITY; 2]);
+    assert!(std::sync::Arc::ptr_eq(&resting, &placed));
+    assert_eq!(by.scale, 1.5);
 }
 
 #[test]

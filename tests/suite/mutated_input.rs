@@ -1,7 +1,6 @@
 //! Whatever becomes of a scene's files, loading them is no panic, and what loads is sound.
 
 use crate::common::folder::{Folder, MTL, OBJ, SCENE, hdr, write_exr};
-use nephroid::scene::Geometry;
 use proptest::prelude::*;
 use std::fs;
 use tempfile::TempDir;
@@ -58,7 +57,7 @@ fn load_with(file: &str, content: &[u8]) {
     folder.write(file, content);
     if let Ok(loaded) = folder.load() {
         for object in &loaded.scene.objects {
-            if let Geometry::Mesh(mesh) = &object.geometry {
+            if let Some(mesh) = object.geometry.as_mesh() {
                 assert!(mesh.positions.iter().all(|position| position.is_finite()));
                 assert!(
                     mesh.normals

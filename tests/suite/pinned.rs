@@ -7,7 +7,7 @@
 
 use crate::common::{Device, load_with_chains, method, shipped};
 use nephroid::render::{Method, Renderer};
-use nephroid::scene::{Geometry, Scene};
+use nephroid::scene::Scene;
 use std::fmt::Write;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/pinned_maps.txt");
@@ -26,9 +26,9 @@ const LEAST_OF_MESHES: u32 = 16;
 /// The scene with small light maps.
 fn small(mut scene: Scene, width: u32) -> Scene {
     for object in &mut scene.objects {
-        let width = match object.geometry {
-            Geometry::Mesh(_) => width.max(LEAST_OF_MESHES),
-            _ => width,
+        let width = match object.geometry.placement() {
+            Some(_) => width.max(LEAST_OF_MESHES),
+            None => width,
         };
         if let Some([w, h]) = &mut object.light_map {
             (*w, *h) = (width, (width * *h / *w).max(1));

@@ -4,7 +4,7 @@ use crate::common::{
     Device, bits, brighter, load, load_with_chains, method, set_light_maps, shipped,
 };
 use nephroid::render::{Method, Settings};
-use nephroid::scene::{Geometry, Scene};
+use nephroid::scene::Scene;
 
 /// Bits of every light map and of the view, twice in the same renderer.
 fn render(scene: &Scene, settings: &Settings) -> Vec<Vec<u32>> {
@@ -83,7 +83,7 @@ fn a_caustic_is_one_submission() {
         set_light_maps(&mut scene, [32, 32]);
         let mut renderer = device.renderer(&scene, &settings);
         let has_mesh_receiver = (scene.light_maps().iter())
-            .any(|(receiver, _)| matches!(scene.objects[*receiver].geometry, Geometry::Mesh(_)));
+            .any(|(receiver, _)| scene.objects[*receiver].geometry.placement().is_some());
         let most = 1 + u32::from(has_mesh_receiver && renderer.may_chain());
         let mut frame = || {
             renderer.invalidate();

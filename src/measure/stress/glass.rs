@@ -1,7 +1,7 @@
 //! The scenes of the sweeps through glass: one body, one receiver, a white sun of 1 W/m².
 
 use super::scenes::{horizontal, scene, sun};
-use crate::scene::{Dielectric, Dispersion, GLASSES, Geometry, MaterialKind, Mesh, Scene};
+use crate::scene::{Dielectric, Dispersion, GLASSES, MaterialKind, Mesh, Scene};
 use crate::spectrum::MIDDLE;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -152,6 +152,6 @@ pub fn has_glass(scene: &Scene) -> bool {
         matches!(
             scene.materials[object.material].kind,
             MaterialKind::Dielectric(_)
-        ) && matches!(object.geometry, Geometry::Mesh(_))
+        ) && object.geometry.placement().is_some()
     })
 }

@@ -88,7 +88,9 @@ impl Contender {
         }
         let triangles = (scene.objects.iter())
             .map(|object| match &object.geometry {
-                Geometry::Mesh(mesh) => mesh.triangles.len(),
+                geometry @ (Geometry::Mesh(_) | Geometry::Placed { .. }) => {
+                    geometry.triangle_count()
+                }
                 _ => 0,
             })
             .sum::<usize>() as f64;

@@ -346,9 +346,7 @@ mod tests {
             transformed(1e3, 1e4 * DVec3::X),
         ];
         for scene in scenes {
-            let Geometry::Mesh(mesh) = &scene.objects[0].geometry else {
-                panic!("the caster is a mesh")
-            };
+            let mesh = scene.objects[0].geometry.as_mesh().expect("a mesh");
             for corners in &mesh.triangles {
                 let [a, b, c] = corners.map(|i| mesh.positions[i as usize]);
                 let face = (b - a).cross(c - a).normalize();

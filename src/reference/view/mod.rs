@@ -169,7 +169,8 @@ fn texels_for(scene: &Scene, paths: &Paths, cancel: &AtomicBool) -> Result<Vec<(
                 let sides = [rect.edge_u, rect.edge_v].map(|edge| side(edge.length(), MOST_TEXELS));
                 texels.push((object, sides));
             }
-            Geometry::Mesh(mesh) => {
+            geometry @ (Geometry::Mesh(_) | Geometry::Placed { .. }) => {
+                let mesh = geometry.mesh();
                 let area: f64 = (0..mesh.triangles.len())
                     .map(|t| mesh.vector_area(t).length())
                     .sum();

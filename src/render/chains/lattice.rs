@@ -14,7 +14,7 @@ use crate::render::light_parts::{part_count, split};
 use crate::render::lights::EnvironmentLight;
 use crate::render::settings::{Method, Settings};
 use crate::render::spectrum::Coordinate;
-use crate::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
+use crate::scene::{LightKind, MaterialKind, Mesh, Object, Scene};
 use glam::{DQuat, DVec2, DVec3, Vec2};
 use std::ops::Range;
 use std::sync::Arc;
@@ -137,12 +137,9 @@ impl DeviceLattices {
             flux: 0.0,
             may_chain,
             is_needed,
-            convex: match only_caster(scene).map(|object| &object.geometry) {
-                Some(Geometry::Mesh(mesh)) if !may_chain && scene.max_interfaces > 1 => {
-                    Some(mesh.clone())
-                }
-                _ => None,
-            },
+            convex: (only_caster(scene).filter(|_| !may_chain && scene.max_interfaces > 1))
+                .and_then(|only| only.geometry.placement())
+                .map(|(mesh, _)| mesh.clone()),
         })
     }
 
@@ -154,7 +151,7 @@ impl DeviceLattices {
         let (Some(known), Some(only)) = (&self.convex, only_caster(scene)) else {
             return Ok(());
         };
-        let Geometry::Mesh(mesh) = &only.geometry else {
+        let Some((mesh, _)) = only.geometry.placement() else {
             return Ok(());
         };
         let is_known = Arc::ptr_eq(known, mesh) || is_affine_image(known, mesh);
@@ -225,7 +222,7 @@ impl DeviceLattices {
             })
             .collect();
         let windows = |light: u32, bounds| match &lights[light as usize] {
-            sun if sun.is_lamp == 0 => vec![of_sun(sun, bounds, store.size().into())],
+            sun if sun.is_lamp == 0 => vec![of_sun(sun, bounds, bodies.size())],
             lamp => of_lamp(lamp, bounds),
         };
         let groups: Vec<Group> = (casters.iter())
@@ -336,10 +333,8 @@ fn may_chain(scene: &Scene) -> bool {
     }
     match only_caster(scene) {
         None => (scene.objects.iter()).any(|object| starts_chains(scene, object)),
-        Some(only) => match &only.geometry {
-            Geometry::Mesh(mesh) => !is_convex(mesh, refracts(scene, only), MAX_PAIRS),
-            Geometry::Rect(_) | Geometry::Waves(_) => false,
-        },
+        Some(only) => (only.geometry.placement())
+            .is_some_and(|(mesh, _)| !is_convex(mesh, refracts(scene, only), MAX_PAIRS)),
     }
 }
 

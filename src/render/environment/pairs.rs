@@ -215,7 +215,7 @@ fn lights_meshes(scene: &Scene) -> bool {
 
 /// Centre and radius of the sphere around an object's bounding box, m.
 fn sphere_around(object: &Object) -> (DVec3, f64) {
-    let [low, high] = object.geometry.mesh().bounds();
+    let [low, high] = object.geometry.bounds();
     (0.5 * (low + high), 0.5 * low.distance(high))
 }
 

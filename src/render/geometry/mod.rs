@@ -3,5 +3,9 @@
 pub mod bvh;
 pub mod bvh_build;
 pub mod device;
+pub mod hierarchy;
 pub mod occlusion;
+pub mod placement;
+pub mod rays;
+pub mod resting;
 pub mod triangle_store;

@@ -2,15 +2,18 @@
 //! volume hierarchy. Positions are relative to an origin in the centre of the scene, so that f32 suffices wherever the
 //! scene lies.
 //!
-//! Triangles of a moving object are overwritten, and the hierarchy is refitted.
+//! A mesh that moves as a whole stays here as it is at rest, with its placement. Triangles of a mesh that deforms are
+//! overwritten.
 
 use crate::error::{Error, Result};
-use crate::render::geometry::bvh::Bvh;
+use crate::render::geometry::bvh::{Bvh, Links};
+use crate::render::geometry::placement::Placement;
+use crate::render::geometry::rays::Rays;
 use crate::render::gpu_types::constants::{
     COUNT_SHIFT, IS_MESH_RECEIVER, OCCLUDES, OCCLUDES_ENVIRONMENT,
 };
-use crate::render::gpu_types::{self, Grid, Node};
-use crate::scene::{Atlas, Geometry, MaterialKind, Mesh, Object, Scene};
+use crate::render::gpu_types::{Normals, Triangle};
+use crate::scene::{Atlas, Geometry, MaterialKind, Mesh, Object, Scene, bounds};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -22,9 +25,14 @@ const PART: usize = 16_384;
 const MAX_TRIANGLES: usize = (1 << COUNT_SHIFT) - 1;
 
 pub struct TriangleStore {
-    pub triangles: Vec<gpu_types::Triangle>,
-    pub normals: Vec<gpu_types::Normals>,
+    /// Those of objects with a placement are at rest.
+    triangles: Vec<Triangle>,
+    normals: Vec<Normals>,
+    /// By object.
+    placements: Vec<Option<Placement>>,
     bvh: Bvh,
+    /// Whether the triangles lie where they were when the hierarchy was built.
+    is_as_built: bool,
     /// Index into `triangles` of each triangle of the scene, object by object.
     indices: Vec<u32>,
     /// The triangles of the scene, object by object, in the order of `triangles`.
@@ -48,7 +56,7 @@ impl TriangleStore {
     ) -> Result<Self> {
         let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
         // Checked before the hierarchy is built, which takes a while.
-        let limit = MAX_TRIANGLES.min(max_bytes as usize / size_of::<gpu_types::Triangle>());
+        let limit = MAX_TRIANGLES.min(max_bytes as usize / size_of::<Triangle>());
         if count > limit {
             return Err(Error::Usage {
                 reason: format!(
@@ -57,7 +65,8 @@ impl TriangleStore {
                 remedy: "use coarser meshes, or choose another device".into(),
             });
         }
-        let origin = middle(meshes);
+        let [lower, upper] = bounds(meshes.iter().flat_map(|mesh| mesh.bounds()));
+        let origin = 0.5 * (lower + upper);
         let mut triangles = Vec::with_capacity(count);
         let mut normals = Vec::with_capacity(count);
         let mut ranges = Vec::new();
@@ -68,7 +77,7 @@ impl TriangleStore {
             let is_mesh = atlas.map_or(0, |_| IS_MESH_RECEIVER);
             for (number, corners) in mesh.triangles.iter().enumerate() {
                 let [position, edge1, edge2] = geometry_of(mesh, corners, origin);
-                triangles.push(gpu_types::Triangle {
+                triangles.push(Triangle {
                     position,
                     edge1,
                     edge2,
@@ -79,7 +88,7 @@ impl TriangleStore {
                 let [uv0, uv1, uv2] =
                     atlas.map_or([0; 3], |atlas| atlas.corners(number).map(packed));
                 let [n0, n1, n2] = normals_of(mesh, corners);
-                normals.push(gpu_types::Normals {
+                normals.push(Normals {
                     n0,
                     n1,
                     n2,
@@ -92,6 +101,8 @@ impl TriangleStore {
         }
         let mut store = Self {
             bvh: Bvh::new(&triangles),
+            is_as_built: true,
+            placements: vec![None; scene.objects.len()],
             triangles,
             normals,
             indices: Vec::new(),
@@ -104,6 +115,26 @@ impl TriangleStore {
         };
         store.arrange();
         Ok(store)
+    }
+
+    /// A store of one object.
+    #[cfg(test)]
+    pub fn of_triangles(triangles: Vec<Triangle>) -> Self {
+        let count = triangles.len();
+        let mut store = Self {
+            bvh: Bvh::new(&triangles),
+            is_as_built: true,
+            placements: vec![None],
+            normals: vec![Normals::default(); count],
+            triangles,
+            indices: Vec::new(),
+            numbers: Vec::new(),
+            ranges: std::iter::once(0..count).collect(),
+            is_rect: vec![false],
+            origin: DVec3::ZERO,
+        };
+        store.arrange();
+        store
     }
 
     /// Reorders the triangles from the scene's order to the hierarchy's.
@@ -129,14 +160,52 @@ impl TriangleStore {
         }
     }
 
-    /// The grid of the hierarchy and its nodes, which follow in the shaders' buffer.
-    pub fn hierarchy(&self) -> (&Grid, &[Node]) {
-        (&self.bvh.grid, &self.bvh.nodes)
+    /// See [`Bvh::nodes`].
+    pub fn nodes(&self) -> Links {
+        self.bvh.nodes()
     }
 
-    /// Maximum size of [`TriangleStore::hierarchy`], bytes: a hierarchy has one node fewer than triangles.
-    pub fn max_node_bytes(&self) -> u64 {
-        (size_of::<Grid>() + self.triangles.len() * size_of::<Node>()) as u64
+    /// See [`Bvh::cost`].
+    pub fn cost(&self) -> f64 {
+        self.bvh.cost()
+    }
+
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The triangles and normals as they are stored: those of objects with a placement are at rest.
+    pub fn all_stored(&self, range: Range<usize>) -> (&[Triangle], &[Normals]) {
+        (&self.triangles[range.clone()], &self.normals[range])
+    }
+
+    /// The same of one triangle.
+    pub fn stored(&self, place: u32) -> (Triangle, Normals) {
+        (self.triangles[place as usize], self.normals[place as usize])
+    }
+
+    /// A triangle where it lies.
+    pub fn triangle(&self, place: u32) -> Triangle {
+        let triangle = self.triangles[place as usize];
+        match &self.placements[triangle.object as usize] {
+            Some(placement) => placement.triangle(&triangle),
+            None => triangle,
+        }
+    }
+
+    /// The normals of a triangle where it lies.
+    pub fn normals(&self, place: u32) -> Normals {
+        let normals = self.normals[place as usize];
+        match &self.placements[self.triangles[place as usize].object as usize] {
+            Some(placement) => placement.normals(&normals),
+            None => normals,
+        }
+    }
+
+    /// Where an object lies, if its triangles are stored at rest.
+    pub fn placement(&self, object: usize) -> Option<&Placement> {
+        self.placements[object].as_ref()
     }
 
     /// Indices into [`TriangleStore::triangles`] of an object's triangles, in the order of its mesh.
@@ -144,11 +213,23 @@ impl TriangleStore {
         &self.indices[self.ranges[object].clone()]
     }
 
-    /// Overwrites an object's vertices with those of `mesh`, of the same topology. Call
-    /// [`TriangleStore::refit_or_rebuild`] afterwards.
+    /// Places an object whose triangles are stored at rest.
+    pub fn place(&mut self, object: usize, placement: Placement) {
+        self.placements[object] = Some(placement);
+        self.is_as_built = false;
+    }
+
+    /// Stores an object's vertices where they lie: those of `mesh`, of the same topology.
     pub fn set_mesh(&mut self, object: usize, mesh: &Mesh) {
+        self.placements[object] = None;
+        self.store(object, mesh, self.origin);
+    }
+
+    /// Stores an object's vertices relative to `origin`, m.
+    pub fn store(&mut self, object: usize, mesh: &Mesh, origin: DVec3) {
+        self.is_as_built = false;
         let range = self.ranges[object].clone();
-        let (indices, origin) = (&self.indices, self.origin);
+        let indices = &self.indices;
         let place = |number: u32| indices[number as usize] as usize;
         // The memory that every part writes. Writing in the order of memory takes three quarters of the time.
         let (mut triangles, mut normals) = (&mut self.triangles[..], &mut self.normals[..]);
@@ -175,21 +256,41 @@ impl TriangleStore {
             });
     }
 
-    /// Refits the hierarchy to the triangles that moved. Returns whether it was rebuilt instead, which changes the
-    /// indices of all triangles.
-    pub fn refit_or_rebuild(&mut self) -> bool {
-        if self.bvh.refit(&self.triangles) {
-            return false;
-        }
+    /// Builds the hierarchy again, which changes the indices of all triangles.
+    pub fn rebuild(&mut self) {
         self.triangles = picked(&self.triangles, &self.indices);
         self.normals = picked(&self.normals, &self.indices);
-        self.bvh = Bvh::new(&self.triangles);
+        self.bvh = Bvh::new(&self.placed());
+        self.is_as_built = true;
         self.arrange();
-        true
+    }
+
+    /// All triangles where they lie.
+    fn placed(&self) -> Cow<'_, [Triangle]> {
+        match self.placements.iter().all(Option::is_none) {
+            true => Cow::Borrowed(&self.triangles),
+            false => (0..self.triangles.len() as u32)
+                .map(|place| self.triangle(place))
+                .collect(),
+        }
+    }
+
+    /// The triangles and their hierarchy for rays on the host.
+    pub fn rays(&self) -> Rays<'_> {
+        let triangles = self.placed();
+        let bvh = match self.is_as_built {
+            true => Cow::Borrowed(&self.bvh),
+            false => {
+                let mut bvh = self.bvh.clone();
+                bvh.refit(&triangles);
+                Cow::Owned(bvh)
+            }
+        };
+        Rays::new(triangles, bvh)
     }
 }
 
-/// Which shadows an object casts, for [`gpu_types::Triangle`].
+/// Which shadows an object casts, for [`Triangle`].
 pub fn occlusion(scene: &Scene, object: &Object) -> u32 {
     let is_clear = matches!(
         scene.materials[object.material].kind,
@@ -200,65 +301,6 @@ pub fn occlusion(scene: &Scene, object: &Object) -> u32 {
         true if is_clear && !all_cast => OCCLUDES,
         true => OCCLUDES | OCCLUDES_ENVIRONMENT,
         false => 0,
-    }
-}
-
-/// Rays on the host, for messages only.
-impl TriangleStore {
-    /// Whether an object that casts shadows crosses the ray before `length`, m.
-    pub fn is_occluded(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
-        let mut farthest = length;
-        self.bvh
-            .walk(origin, direction, &mut farthest, |place, farthest| {
-                let triangle = &self.triangles[place];
-                if triangle.flags & OCCLUDES != 0 && meets(triangle, origin, direction) < *farthest
-                {
-                    *farthest = -1.0; // ends the traversal
-                }
-            });
-        farthest < 0.0
-    }
-
-    /// The nearest triangle along a ray that casts shadows or is `wanted`.
-    pub fn nearest(
-        &self,
-        origin: Vec3,
-        direction: Vec3,
-        wanted: impl Fn(&gpu_types::Triangle) -> bool,
-    ) -> Option<&gpu_types::Triangle> {
-        let (mut farthest, mut nearest) = (f32::INFINITY, None);
-        self.bvh
-            .walk(origin, direction, &mut farthest, |place, farthest| {
-                let triangle = &self.triangles[place];
-                let distance = meets(triangle, origin, direction);
-                if distance < *farthest && (triangle.flags & OCCLUDES != 0 || wanted(triangle)) {
-                    (*farthest, nearest) = (distance, Some(triangle));
-                }
-            });
-        nearest
-    }
-
-    /// Length of the scene's diagonal, m.
-    pub fn size(&self) -> f32 {
-        self.bvh.size()
-    }
-}
-
-/// Distance at which a ray crosses the triangle, m; infinite where it does not (Möller & Trumbore 1997).
-fn meets(triangle: &gpu_types::Triangle, origin: Vec3, direction: Vec3) -> f32 {
-    let p = direction.cross(triangle.edge2);
-    let determinant = triangle.edge1.dot(p);
-    let from_corner = origin - triangle.position;
-    let q = from_corner.cross(triangle.edge1);
-    let (u, v) = (
-        from_corner.dot(p) / determinant,
-        direction.dot(q) / determinant,
-    );
-    let distance = triangle.edge2.dot(q) / determinant;
-    // A triangle seen edge on gives NaN, which fails every comparison.
-    match u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0 {
-        true => distance,
-        false => f32::INFINITY,
     }
 }
 
@@ -285,14 +327,6 @@ fn picked<T: Copy>(of: &[T], places: &[u32]) -> Vec<T> {
     places.iter().map(|&place| of[place as usize]).collect()
 }
 
-/// Centre of the bounding box.
-fn middle(meshes: &[Cow<Mesh>]) -> DVec3 {
-    let positions = || meshes.iter().flat_map(|mesh| &mesh.positions);
-    let lower = positions().fold(DVec3::INFINITY, |a, b| a.min(*b));
-    let upper = positions().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
-    0.5 * (lower + upper)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,7 +341,7 @@ mod tests {
             .collect();
         let no_atlases: Vec<Option<Atlas>> = scene.objects.iter().map(|_| None).collect();
         let within = |triangles: usize| {
-            let bytes = triangles * size_of::<gpu_types::Triangle>();
+            let bytes = triangles * size_of::<Triangle>();
             TriangleStore::new(&scene, &meshes, &no_atlases, bytes as u64).map(|_| ())
         };
         let error = within(3).unwrap_err().to_string();
@@ -336,14 +370,10 @@ mod tests {
             *normal = DVec3::new(normal.z, normal.x, normal.y);
         }
         store.set_mesh(water, &moved);
-        store.refit_or_rebuild();
         for (object, still) in meshes.iter().enumerate() {
             let mesh = if object == water { &moved } else { still };
             for (corners, &place) in mesh.triangles.iter().zip(store.indices(object)) {
-                let (triangle, normals) = (
-                    store.triangles[place as usize],
-                    store.normals[place as usize],
-                );
+                let (triangle, normals) = (store.triangle(place), store.normals(place));
                 let geometry = [triangle.position, triangle.edge1, triangle.edge2];
                 assert_eq!(geometry, geometry_of(mesh, corners, store.origin));
                 assert_eq!(
@@ -441,7 +471,7 @@ mod tests {
                     .lines()
                     .find(|line| line.starts_with("VmHWM"))
                     .unwrap_or("");
-                let triangles = store.triangles.len();
+                let triangles = store.len();
                 println!(
                     "{name}, {triangles} triangles: load {loaded:.2?}, hierarchy {built:.2?}, {peak}"
                 );

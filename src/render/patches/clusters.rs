@@ -52,7 +52,7 @@ impl PatchClusters {
     /// distance that light travels to the receivers.
     pub fn new(scene: &Scene, store: &TriangleStore, counts: &[usize], distance: f64) -> Self {
         let objects = || scene.specular_objects().map(|(index, _)| index);
-        let area = |place: u32| f64::from(store.triangles[place as usize].area());
+        let area = |place: u32| f64::from(store.triangle(place).area());
         let total: f64 = objects()
             .flat_map(|object| store.indices(object))
             .map(|&place| area(place))
@@ -154,7 +154,7 @@ impl PatchClusters {
                 let subtriangle = &self.subtriangles[index as usize];
                 let (triangle, _, normals) = subtriangle.triangle(store);
                 let [s, t] = subtriangle.centroid().to_array();
-                let Normals { n0, n1, n2, .. } = *normals;
+                let Normals { n0, n1, n2, .. } = normals;
                 ClusterStart {
                     position: subtriangle.middle(store),
                     triangle,
@@ -263,10 +263,9 @@ fn subdivide(object: u32, index: u32, n: u32, subtriangles: &mut Vec<Subtriangle
 }
 
 impl Subtriangle {
-    fn triangle<'a>(&self, store: &'a TriangleStore) -> (u32, &'a Triangle, &'a Normals) {
+    fn triangle(&self, store: &TriangleStore) -> (u32, Triangle, Normals) {
         let place = store.indices(self.object as usize)[self.index as usize];
-        let index = place as usize;
-        (place, &store.triangles[index], &store.normals[index])
+        (place, store.triangle(place), store.normals(place))
     }
 
     /// Its centroid, as coefficients of the triangle's edges.

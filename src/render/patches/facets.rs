@@ -204,10 +204,10 @@ fn divisions(
     let store = &geometry.store;
     let area: f64 = (scene.specular_objects())
         .flat_map(|(object, _)| store.indices(object))
-        .map(|&place| f64::from(store.triangles[place as usize].area()))
+        .map(|&place| f64::from(store.triangle(place).area()))
         .sum();
     let min_facets = min_facets(settings);
-    let division = |(triangle, exposed): (&Triangle, [bool; 3])| {
+    let division = |(triangle, exposed): (Triangle, [bool; 3])| {
         let (along, up) = (triangle.edge1, triangle.edge2);
         let sides = [along.length(), up.distance(along), up.length()];
         let bends = (sides.iter().zip(exposed)).map(|(side, exposed)| match exposed {

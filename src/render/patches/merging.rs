@@ -31,12 +31,12 @@ struct Level {
 pub struct Merging {
     /// By caster: its object, and levels from fine to coarse.
     casters: Vec<(usize, Vec<Level>)>,
-    /// As the device has them after those of the scene: first the corners of all, then their midpoints, to which `twin` leads.
+    /// As the device has them after those of the scene: first all, then the triangles of their midpoints, to which `twin` leads. Those
+    /// of objects with a placement are at rest.
     pub triangles: Vec<Triangle>,
     pub normals: Vec<Normals>,
     /// Number of triangles of the scene.
     scene_count: usize,
-    origin: DVec3,
 }
 
 impl Merging {
@@ -51,7 +51,6 @@ impl Merging {
     ) -> Self {
         let mut merging = Self {
             scene_count,
-            origin,
             ..Self::default()
         };
         let mut count = 0;
@@ -74,7 +73,7 @@ impl Merging {
         merging.triangles = vec![Triangle::default(); 2 * count];
         merging.normals = vec![Normals::default(); 2 * count];
         for (object, _) in scene.specular_objects() {
-            merging.set_mesh(object, &meshes[object]);
+            merging.store(object, &meshes[object], origin);
         }
         merging
     }
@@ -109,10 +108,26 @@ impl Merging {
         }))
     }
 
-    /// Takes the vertices of `mesh`, which has the topology of the object's first one.
-    pub fn set_mesh(&mut self, object: usize, mesh: &Mesh) {
+    /// Places in [`Self::triangles`] of the merged triangles of an object, and of their midpoints.
+    pub fn places(&self, object: usize) -> impl Iterator<Item = usize> {
+        let half = self.triangles.len() / 2;
+        let of_object = self.casters.iter().filter(move |(of, _)| *of == object);
+        of_object
+            .flat_map(|(_, levels)| levels)
+            .flat_map(move |level| {
+                let merged = level
+                    .pieces
+                    .iter()
+                    .filter(|piece| piece.kind.is_merged())
+                    .count();
+                let places = level.first..level.first + merged;
+                places.clone().chain(places.start + half..places.end + half)
+            })
+    }
+
+    /// Stores the vertices of `mesh`, which has the topology of the object's first one, relative to `origin`, m.
+    pub fn store(&mut self, object: usize, mesh: &Mesh, origin: DVec3) {
         let count = self.triangles.len() / 2;
-        let origin = self.origin;
         let position = |vertex: u32| (mesh.positions[vertex as usize] - origin).as_vec3();
         let normal = |vertex: u32| mesh.normals[vertex as usize].as_vec3();
         for (_, levels) in (self.casters.iter_mut()).filter(|(of, _)| *of == object) {
@@ -140,11 +155,11 @@ impl Merging {
                         ..Normals::default()
                     };
                     self.normals[place] = with(n0, n1, n2);
-                    let [position, edge1, edge2] = midpoints.map(position);
+                    let [m0, m1, m2] = midpoints.map(position);
                     self.triangles[count + place] = Triangle {
-                        position,
-                        edge1,
-                        edge2,
+                        position: m0,
+                        edge1: m1 - m0,
+                        edge2: m2 - m0,
                         ..Triangle::default()
                     };
                     let [n0, n1, n2] = midpoints.map(normal);

@@ -59,7 +59,7 @@ impl Tessellation {
             let material = &scene.materials[object.material].kind;
             let always = all_lit || matches!(material, MaterialKind::Dielectric(_));
             for (number, &place) in store.indices(index).iter().enumerate() {
-                let area = f64::from(store.triangles[place as usize].area());
+                let area = f64::from(store.triangle(place).area());
                 let sums = [&mut all[index], &mut lit[index]];
                 let counts = [true, always || faces_any(store, place, lights)];
                 for (sum, _) in sums.into_iter().zip(counts).filter(|(_, counts)| *counts) {
@@ -106,7 +106,7 @@ impl Tessellation {
         let mut lit_triangles = Vec::with_capacity(self.triangles.len());
         for caster in &self.triangles {
             let triangle = store.indices(caster.object as usize)[caster.index as usize];
-            let area = store.triangles[triangle as usize].area();
+            let area = store.triangle(triangle).area();
             if area == 0.0 || !(caster.always || faces_any(store, triangle, lights)) {
                 continue;
             }
@@ -155,11 +155,8 @@ impl CasterTriangle {
 
 /// Whether any part of any light may shine on the front of the triangle at this index.
 fn faces_any(store: &TriangleStore, place: u32, lights: &[gpu_types::Light]) -> bool {
-    let (triangle, normals) = (
-        &store.triangles[place as usize],
-        &store.normals[place as usize],
-    );
-    lights.iter().any(|light| faces(triangle, normals, light))
+    let (triangle, normals) = (store.triangle(place), store.normals(place));
+    lights.iter().any(|light| faces(&triangle, &normals, light))
 }
 
 /// Whether any part of a sun or lamp may shine on the triangle's front. Let n be a normal and p − x the vector to the

@@ -46,7 +46,7 @@ pub fn mesh_receiver_data(
     let mut all = MeshReceiverData::default();
     for ((object, mesh, size), tile) in scene.mesh_receivers().zip(tiles) {
         let atlas = atlases[object].as_ref().expect("laid out");
-        let mesh_texels = MeshTexels::new(atlas, mesh, store.origin);
+        let mesh_texels = MeshTexels::new(atlas, &mesh, store.origin);
         let levels = levels(size);
         all.receivers.push(MeshReceiver {
             tile_x: tile.origin[0],

@@ -139,7 +139,7 @@ impl MeshPoints {
         };
         let triangles = match objects.is_empty() {
             true => 0,
-            false => store.triangles.len(),
+            false => store.len(),
         };
         Ok(Self {
             objects,
@@ -173,7 +173,7 @@ impl MeshPoints {
             return Ok(());
         }
         let mut points = Vec::with_capacity(self.lists.traced.len() + self.lists.copies.len());
-        let mut of_triangles = vec![TrianglePoints::default(); store.triangles.len()];
+        let mut of_triangles = vec![TrianglePoints::default(); store.len()];
         let mut divisions = self.divisions.iter();
         for &object in &self.objects {
             let mesh: Cow<Mesh> = scene.objects[object].geometry.mesh();

@@ -175,9 +175,9 @@ impl DeviceSurfaces {
             blocks: Buffer::new(context, "blocks", 4 * words)?,
             block_count,
             block_surfaces: Buffer::new(context, "block surfaces", 4 * u64::from(block_count))?,
-            drawn: Buffer::new(context, "drawn triangles", 4 * store.triangles.len() as u64)?,
+            drawn: Buffer::new(context, "drawn triangles", 4 * store.len() as u64)?,
             drawn_counts: [0; 3],
-            smooth_groups: Buffer::new(context, "smooth groups", 4 * store.triangles.len() as u64)?,
+            smooth_groups: Buffer::new(context, "smooth groups", 4 * store.len() as u64)?,
             points: MeshPoints::new(context, scene, store)?,
         })
     }
@@ -336,7 +336,7 @@ impl DeviceSurfaces {
 
 /// The group of each triangle: vertices that triangles share have one normal.
 fn smooth_groups(scene: &Scene, store: &TriangleStore) -> Vec<u32> {
-    let mut groups = vec![0; store.triangles.len()];
+    let mut groups = vec![0; store.len()];
     let mut first = 0;
     for (index, object) in scene.objects.iter().enumerate() {
         let mesh = object.geometry.mesh();

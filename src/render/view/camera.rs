@@ -185,7 +185,7 @@ impl View {
         (first, [width, height]): ViewTile,
     ) {
         let push = self.camera_push(scene, camera);
-        let all = Vertices::Count(3 * scene.geometry.store.triangles.len() as u32);
+        let all = Vertices::Count(3 * scene.geometry.store.len() as u32);
         let counts = scene.surfaces.drawn_counts;
         let drawn = |kind: usize| {
             let first = counts[..kind].iter().sum();
@@ -225,7 +225,7 @@ impl View {
         let [x, y] = (-(self.side as f32) * first.as_vec2()).to_array();
         let [across, down] = self.size().map(|pixels| (self.side * pixels) as f32);
         let [width, height] = size.map(|pixels| self.side * pixels);
-        let all = Vertices::Count(3 * scene.geometry.store.triangles.len() as u32);
+        let all = Vertices::Count(3 * scene.geometry.store.len() as u32);
         recorder.draw_with_depth(
             self.samples.each_ref(),
             false,
@@ -307,7 +307,7 @@ impl View {
         } = self.view_push(scene, camera, Default::default());
         CameraPush {
             eye,
-            near: NEAR * scene.geometry.store.size().max(f32::MIN_POSITIVE),
+            near: NEAR * (scene.bodies.size() as f32).max(f32::MIN_POSITIVE),
             right,
             first: 0,
             up,

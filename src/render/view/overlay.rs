@@ -325,7 +325,7 @@ impl Overlays {
     ) {
         if let Some(pipeline) = &self.receivers {
             let push = self.push(scene, view, camera);
-            let all = Vertices::Count(3 * scene.geometry.store.triangles.len() as u32);
+            let all = Vertices::Count(3 * scene.geometry.store.len() as u32);
             recorder.draw_over([&view.image, view.depth()], &[(pipeline, push, all)]);
         }
     }
