@@ -39,7 +39,8 @@
 //! [`render`] is the renderer. `src/render/frame.rs` has every pass and every barrier of a frame, in order:
 //!
 //! - *upload* copies the changes of the scene to the device. [`render::Renderer::update`] finds them: triangles, a
-//!   bounding volume hierarchy, lights and receivers, with positions relative to the centre of the scene.
+//!   bounding volume hierarchy, lights and receivers, with positions relative to the centre of the scene. *place triangles* moves
+//!   meshes that move as a whole, and *refit hierarchy* fits the boxes to what moved.
 //! - *Suns and lamps on planar receivers.* The casters' triangles are facets. *facet flux* computes the light that each facet
 //!   sends to each receiver. By this flux, *count patches* divides facets into patches, the paper's sample points, and *trace
 //!   facets* and *trace patches* test the visibility of their corners. Each patch acts as a pinhole camera: *project triangles*

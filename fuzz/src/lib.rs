@@ -4,7 +4,7 @@
 use nephroid::image_file::read_rgb;
 use nephroid::measure::chart::read_peers;
 use nephroid::reference::{cache_entry_bytes, read_cache_entry};
-use nephroid::scene::{Geometry, LightKind, MAX_RADIANCE, load};
+use nephroid::scene::{LightKind, MAX_RADIANCE, load};
 use nephroid::{Error, Result};
 use std::fs;
 use std::path::PathBuf;
@@ -228,7 +228,7 @@ impl Inputs {
             }
             for object in &scene.objects {
                 assert!(object.material < scene.materials.len());
-                if let Geometry::Mesh(mesh) = &object.geometry {
+                if let Some(mesh) = object.geometry.as_mesh() {
                     assert_eq!(mesh.positions.len(), mesh.normals.len());
                     assert!(mesh.positions.iter().all(|position| position.is_finite()));
                     assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-9));

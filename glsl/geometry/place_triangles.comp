@@ -5,8 +5,8 @@
 
 layout(local_size_x = SPLAT_GROUP) in;
 // Of all such objects, at rest. `twin` is the index of the triangle in the scene's list.
-layout(std430, binding = 0) readonly buffer RestingTriangles { Triangle resting_triangles[]; };
-layout(std430, binding = 1) readonly buffer RestingNormals { Normals resting_normals[]; };
+TEXELS(0, resting_triangles)
+TEXELS(1, resting_normals)
 layout(std430, binding = 2) writeonly buffer Triangles { Triangle triangles[]; };
 layout(std430, binding = 3) writeonly buffer NormalsOfTriangles { Normals normals[]; };
 layout(push_constant) uniform PlacePush {
@@ -25,14 +25,14 @@ layout(push_constant) uniform PlacePush {
 void main() {
     uint index = thread_index();
     if (index >= push.count) return;
-    Triangle resting = resting_triangles[push.first + index];
-    Normals resting_normal = resting_normals[push.first + index];
+    uint at = push.first + index;
     mat3 linear = mat3(push.column0, push.column1, push.column2);
-    uint place = resting.twin;
-    triangles[place].position = linear * resting.position + push.shift;
-    triangles[place].edge1 = linear * resting.edge1;
-    triangles[place].edge2 = linear * resting.edge2;
-    normals[place].n0 = push.inverse_scale * (linear * resting_normal.n0);
-    normals[place].n1 = push.inverse_scale * (linear * resting_normal.n1);
-    normals[place].n2 = push.inverse_scale * (linear * resting_normal.n2);
+    uvec4 last = TEXEL(resting_triangles, 3, at, 2);
+    uint place = last.w;
+    triangles[place].position = linear * floats_of(TEXEL(resting_triangles, 3, at, 0)) + push.shift;
+    triangles[place].edge1 = linear * floats_of(TEXEL(resting_triangles, 3, at, 1));
+    triangles[place].edge2 = linear * floats_of(last);
+    normals[place].n0 = push.inverse_scale * (linear * floats_of(TEXEL(resting_normals, 3, at, 0)));
+    normals[place].n1 = push.inverse_scale * (linear * floats_of(TEXEL(resting_normals, 3, at, 1)));
+    normals[place].n2 = push.inverse_scale * (linear * floats_of(TEXEL(resting_normals, 3, at, 2)));
 }

@@ -116,6 +116,7 @@ impl GpuOptions {
             let seconds = start.elapsed().as_secs_f64();
             submissions = submissions.max(renderer.submissions());
             if self.profile {
+                renderer.invalidate_geometry();
                 profiles.push(times_of_passes(renderer, |r| job.render(r, scene))?);
             }
             let image = result(job, renderer)?;

@@ -348,6 +348,11 @@ impl Renderer {
         self.is_environment_current = false;
     }
 
+    /// Makes the next frame place the meshes that moved as a whole and refit the hierarchy again, for measurements.
+    pub fn invalidate_geometry(&mut self) {
+        self.scene.geometry.invalidate();
+    }
+
     /// Submits every pass separately from now on, so that [`Renderer::take_times`] returns wall times.
     pub fn wait_each_pass(&mut self, wait: bool) {
         self.recorder.wait_each_pass(wait);

@@ -254,6 +254,13 @@ impl DeviceGeometry {
         Ok(is_rebuilt)
     }
 
+    /// Has the next frame place all objects at rest and refit the hierarchy.
+    pub fn invalidate(&mut self) {
+        let is_placed = |&object: &usize| self.store.placement(object).is_some();
+        self.to_place = (0..self.deforms.len()).filter(is_placed).collect();
+        self.is_moved = true;
+    }
+
     /// Places the triangles of the objects that moved as a whole.
     pub fn record_place(&mut self, recorder: &mut Recorder) {
         for object in self.to_place.drain(..) {
@@ -288,7 +295,7 @@ fn meshes(scene: &Scene) -> Vec<Cow<'_, Mesh>> {
 mod tests {
     use super::*;
     use crate::gpu::ContextOptions;
-    use crate::render::device_scene::DeviceScene;
+    use crate::render::device_scene::{Change, DeviceScene};
     use crate::render::frame::upload;
     use crate::render::patches::subdivision::Kind;
     use crate::render::settings::Settings;
@@ -405,7 +412,47 @@ mod tests {
             assert_in_place(&mut device, &mut recorder, &scene, what);
         }
         // Nothing is placed by a frame that changes nothing.
-        device.update(&context, &scene).unwrap();
+        assert_eq!(device.update(&context, &scene).unwrap(), Change::Nothing);
         assert!(!device.geometry.is_moved && device.geometry.to_place.is_empty());
+    }
+
+    /// Triangles that move apart make the hierarchy costly, of which the next frame learns, and the one after builds it again.
+    #[test]
+    fn a_costly_hierarchy_is_rebuilt() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/ring.toml");
+        let mut scene = crate::scene::load(&file).unwrap().scene;
+        let Some((mesh, _)) = scene.objects[0].geometry.placement() else {
+            panic!("a mesh");
+        };
+        let mesh = mesh.clone();
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        let mut recorder = Recorder::new(&context).unwrap();
+        let mut device = DeviceScene::new(&context, &scene, &Settings::default()).unwrap();
+        assert_in_place(&mut device, &mut recorder, &scene, "at first");
+        let mut scattered = mesh.as_ref().clone();
+        let count = mesh.positions.len();
+        for (number, position) in scattered.positions.iter_mut().enumerate() {
+            *position = mesh.positions[number * 7919 % count];
+        }
+        let scattered = Arc::new(scattered);
+        let placed = |angle| Geometry::Placed {
+            mesh: scattered.clone(),
+            by: similarity(1.0, angle, DVec3::ZERO),
+        };
+        scene.objects[0].geometry = placed(0.1);
+        device.update(&context, &scene).unwrap();
+        assert_in_place(&mut device, &mut recorder, &scene, "scattered");
+        let before = device.geometry.store.indices(0).to_vec();
+        assert_eq!(device.update(&context, &scene).unwrap(), Change::Nothing);
+        upload(&mut recorder, &mut device).unwrap();
+        recorder.submit().unwrap();
+        assert!(device.geometry.hierarchy.is_costly());
+        assert_eq!(device.update(&context, &scene).unwrap(), Change::Content);
+        assert_ne!(device.geometry.store.indices(0), before);
+        assert_in_place(&mut device, &mut recorder, &scene, "rebuilt");
+        scene.objects[0].geometry = placed(0.2);
+        device.update(&context, &scene).unwrap();
+        assert_in_place(&mut device, &mut recorder, &scene, "placed after that");
+        assert!(!device.geometry.hierarchy.is_costly());
     }
 }

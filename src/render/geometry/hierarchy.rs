@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// A hierarchy is rebuilt when its cost has grown by this factor, and refitted until then. Over 120 frames of `pool` and of
-/// a turning `ring`, updates took 5.2 and 1.1 ms with refitting, 16.7 and 3.4 ms with a rebuild in every frame; rays
+/// a turning `ring`, updates took 5.2 and 1.1 ms with refitting by the host, 16.7 and 3.4 ms with a rebuild in every frame; rays
 /// took the same time in both cases.
 const GROWN: f64 = 2.0;
 /// Nodes of a level that one workgroup refits beside all levels above.
