@@ -1,4 +1,4 @@
-// pack nodes: takes the boxes of the hierarchy over to the nodes that rays traverse, with 16 bits for each side.
+// pack nodes: copies the boxes of the hierarchy to the nodes that rays traverse, with 16 bits for each side.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"

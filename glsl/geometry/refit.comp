@@ -8,7 +8,7 @@
 layout(local_size_x = REFIT_GROUP) in;
 TRIANGLES(0)
 NODES(1)
-layout(std430, binding = 2) buffer NodeBoxes { NodeBox node_boxes[]; };
+layout(std430, binding = 2) coherent buffer NodeBoxes { NodeBox node_boxes[]; };
 // The ends of the levels among all nodes, then the nodes, level by level.
 layout(std430, binding = 3) readonly buffer RefitOrder { uint refit_order[]; };
 layout(push_constant) uniform RefitPush {

@@ -1,7 +1,7 @@
 //! Host memory from which buffers and images are filled.
 
 use super::image::image_copy;
-use super::memory::Buffer;
+use super::memory::{Buffer, Owned};
 use super::texel::{Colour, LIGHT_BYTES, Texel};
 use super::{Access, Context, Image, Recorder};
 use crate::error::Result;
@@ -14,12 +14,12 @@ use std::sync::Arc;
 enum Copy {
     ToBuffer {
         from: vk::Buffer,
-        to: vk::Buffer,
+        to: Arc<Owned>,
         region: vk::BufferCopy,
     },
     ToImage {
         from: vk::Buffer,
-        to: vk::Image,
+        to: Arc<Owned>,
         region: vk::BufferImageCopy,
     },
     /// Later copies overwrite what earlier ones wrote.
@@ -41,7 +41,10 @@ pub struct Staging {
     idle: usize,
     copies: Vec<Copy>,
     /// Images without a layout.
-    new_images: Vec<(vk::Image, vk::ImageSubresourceRange)>,
+    new_images: Vec<(Arc<Owned>, vk::ImageSubresourceRange)>,
+    /// What the last recording did.
+    last_copies: Vec<Copy>,
+    last_images: Vec<(Arc<Owned>, vk::ImageSubresourceRange)>,
 }
 
 impl Staging {
@@ -61,6 +64,8 @@ impl Staging {
             idle: 0,
             copies: Vec::new(),
             new_images: Vec::new(),
+            last_copies: Vec::new(),
+            last_images: Vec::new(),
         }
     }
 
@@ -89,7 +94,7 @@ impl Staging {
         self.fill(start, bytes);
         self.copies.push(Copy::ToBuffer {
             from,
-            to: to.handle,
+            to: to.owned.clone(),
             region: vk::BufferCopy {
                 src_offset: start,
                 dst_offset: offset,
@@ -114,7 +119,7 @@ impl Staging {
         self.fill(start, bytemuck::cast_slice(&texels));
         self.copies.push(Copy::ToImage {
             from,
-            to: to.handle,
+            to: to.owned.clone(),
             region: image_copy(level, [0, 0], [width, height]).buffer_offset(start),
         });
         Ok(())
@@ -143,7 +148,7 @@ impl Staging {
         self.fill(start, bytemuck::cast_slice(colours));
         self.copies.push(Copy::ToImage {
             from,
-            to: to.handle,
+            to: to.owned.clone(),
             region: image_copy(0, origin, size).buffer_offset(start),
         });
         Ok(())
@@ -151,7 +156,7 @@ impl Staging {
 
     /// Has the next recording bring a new image into its layout.
     pub fn prepare(&mut self, image: &Image) {
-        self.new_images.push((image.handle, image.range()));
+        self.new_images.push((image.owned.clone(), image.range()));
     }
 
     /// Where so many bytes go.
@@ -182,10 +187,12 @@ impl Staging {
         buffer.mapped()[start as usize..][..bytes.len()].copy_from_slice(bytes);
     }
 
-    /// The last recording is not submitted: the next one overwrites what it read.
+    /// The last recording is not submitted: the next one does its copies.
     pub fn forget_last(&mut self) {
+        // If there were writes since, the last recording was that of an earlier frame.
         if std::mem::take(&mut self.is_recorded) {
-            self.used = 0;
+            std::mem::swap(&mut self.copies, &mut self.last_copies);
+            std::mem::swap(&mut self.new_images, &mut self.last_images);
         }
     }
 
@@ -200,13 +207,24 @@ impl Staging {
             // What stands still needs none of the memory.
             self.slots.iter_mut().for_each(Vec::clear);
         }
-        for (image, range) in self.new_images.drain(..) {
-            recorder.begin_general(image, range);
+        self.last_copies.clear();
+        self.last_images.clear();
+        std::mem::swap(&mut self.copies, &mut self.last_copies);
+        std::mem::swap(&mut self.new_images, &mut self.last_images);
+        // What nobody else holds was dropped since.
+        let is_held = |owned: &Arc<Owned>| Arc::strong_count(owned) > 1;
+        for (image, range) in self.last_images.iter().filter(|(image, _)| is_held(image)) {
+            recorder.begin_general(image.image, *range);
         }
-        for copy in self.copies.drain(..) {
+        for copy in &self.last_copies {
             match copy {
-                Copy::ToBuffer { from, to, region } => recorder.copy_buffer(from, to, region),
-                Copy::ToImage { from, to, region } => recorder.copy_to_image(from, to, region),
+                Copy::ToBuffer { from, to, region } if is_held(to) => {
+                    recorder.copy_buffer(*from, to.buffer, *region);
+                }
+                Copy::ToImage { from, to, region } if is_held(to) => {
+                    recorder.copy_to_image(*from, to.image, *region);
+                }
+                Copy::ToBuffer { .. } | Copy::ToImage { .. } => {}
                 Copy::Barrier => {
                     recorder.barrier(Access::TRANSFER_WRITE, Access::TRANSFER_WRITE);
                 }

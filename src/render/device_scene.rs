@@ -137,7 +137,7 @@ impl DeviceScene {
         let moved: Vec<usize> = (0..scene.objects.len())
             .filter(|&i| is_stale || !same_geometry(&self.scene.objects[i], &scene.objects[i]))
             .collect();
-        let written = self.geometry.to_write(context, staging, scene, &moved)?;
+        let written = self.geometry.prepare(context, staging, scene, &moved)?;
         let is_rebuilt = self.geometry.update(staging, scene, &moved, &written)?;
         if is_rebuilt {
             self.facets.renumber(staging, scene, &self.geometry)?;
@@ -191,7 +191,7 @@ impl DeviceScene {
             &self.geometry,
             [before, EnvironmentLight::of(scene)?],
             &lights,
-            !moved.is_empty(),
+            !moved.is_empty() || is_rebuilt,
             &self.settings,
         )?;
         (self.lattices).update(
@@ -221,6 +221,12 @@ impl DeviceScene {
             true => Ok(Change::Stages),
             false => Ok(Change::Content),
         }
+    }
+
+    /// The host does not submit the last frame: the next one copies and places what it did.
+    pub fn forget_last(&mut self) {
+        self.staging.forget_last();
+        self.geometry.forget_last();
     }
 
     /// Sets the error that the next frame aims for, by which triangles are merged.

@@ -48,14 +48,14 @@ pub const LIGHT_MAP_WRITE: Access = Access::BLEND.and(Access::COMPUTE_WRITE);
 /// Copies the changes of the scene to the device, which places the triangles of objects that moved as a whole and refits the
 /// hierarchy. The first barrier waits for all earlier frames, including a host's reads of the light maps.
 pub fn upload(recorder: &mut Recorder, scene: &mut DeviceScene) -> Result<()> {
+    scene.geometry.hierarchy.begin_frame();
     recorder.pass("upload", |r| {
         r.barrier(ANY, ANY);
         scene.staging.record(r);
         r.barrier(Access::TRANSFER_WRITE, ANY);
     })?;
     let geometry = &mut scene.geometry;
-    geometry.hierarchy.begin_frame();
-    if !std::mem::take(&mut geometry.is_moved) {
+    if !geometry.is_moved {
         return Ok(());
     }
     if !geometry.to_place.is_empty() {
@@ -68,7 +68,10 @@ pub fn upload(recorder: &mut Recorder, scene: &mut DeviceScene) -> Result<()> {
         geometry.hierarchy.record_refit(r);
         r.barrier(Access::COMPUTE_WRITE, Access::ANY_READ);
         geometry.hierarchy.record_cost(r);
-    })
+    })?;
+    geometry.is_moved = false;
+    geometry.to_place.clear();
+    Ok(())
 }
 
 /// Computes the caustic in the light maps. `dilate` extends the light maps of meshes.

@@ -115,9 +115,10 @@ impl Counter {
 
     /// The host does not submit the last frame.
     pub fn forget_last(&mut self) {
-        if let Some(last) = self.in_flight.back_mut() {
-            *last = None;
-        }
+        // It does not count as one: those before it may still be in flight.
+        let last = self.in_flight.pop_back().flatten();
+        self.unused.extend(last.map(|copied| copied.readback));
+        self.in_flight.push_front(None);
     }
 
     /// Copies the counts of the frame that is recorded.

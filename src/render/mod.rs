@@ -147,7 +147,8 @@ impl Renderer {
             false => Recorder::new(context)?,
         };
         Ok(Self {
-            retired: Retired::new(settings.frames_in_flight),
+            // What an update replaces before a frame is recorded was used by the frame before.
+            retired: Retired::new(settings.frames_in_flight + 1),
             context: context.clone(),
             settings,
             tiles: host::tiles(&device),
@@ -243,10 +244,7 @@ impl Renderer {
         (self.recorder.end_host().and(recorded)).inspect_err(|_| {
             self.recorder.forget_last();
             self.counter.iter_mut().for_each(Counter::forget_last);
-            // The copies of the scene's changes are lost, too.
-            self.scene.staging.forget_last();
-            self.scene.geometry.hierarchy.forget_last();
-            self.scene.is_stale = true;
+            self.scene.forget_last();
             self.invalidate();
         })
     }
@@ -280,7 +278,7 @@ impl Renderer {
         let was_current = std::mem::take(&mut self.is_current);
         let keeps_environment = self.scene.keeps_environment(scene);
         let change = self.scene.update(&self.context, scene)?;
-        if let Some(replaced) = self.scene.geometry.replaced.take() {
+        for replaced in std::mem::take(&mut self.scene.geometry.replaced) {
             self.keep(replaced);
         }
         self.is_current = was_current && change == Change::Nothing;

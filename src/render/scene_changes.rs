@@ -4,14 +4,22 @@ use crate::error::{Error, Result};
 use crate::render::geometry::triangle_store::occlusion;
 use crate::render::gpu_types::constants::OCCLUDES_ENVIRONMENT;
 use crate::render::textures::map_of;
-use crate::scene::{Geometry, LightKind, MaterialKind, Object, Scene};
+use crate::scene::{Geometry, LightKind, MaterialKind, Mesh, Object, Scene};
 use std::mem::discriminant;
 use std::sync::Arc;
 
 pub fn same_geometry(a: &Object, b: &Object) -> bool {
-    match (a.geometry.placement(), b.geometry.placement()) {
-        (Some((a, by)), Some((b, by_other))) => by == by_other && (Arc::ptr_eq(a, b) || a == b),
-        _ => a.geometry == b.geometry,
+    let same_mesh = |a: &Arc<Mesh>, b: &Arc<Mesh>| Arc::ptr_eq(a, b) || a == b;
+    match (&a.geometry, &b.geometry) {
+        (Geometry::Mesh(a), Geometry::Mesh(b)) => same_mesh(a, b),
+        (
+            Geometry::Placed { mesh, by },
+            Geometry::Placed {
+                mesh: other,
+                by: by_other,
+            },
+        ) => by == by_other && same_mesh(mesh, other),
+        (a, b) => a == b,
     }
 }
 

@@ -27,12 +27,12 @@ pub struct DeviceGeometry {
     /// Of the objects that move as a whole, if there are any.
     pub resting: Option<RestingMeshes>,
     /// What `resting` was before, while a frame may use it.
-    pub replaced: Option<RestingMeshes>,
+    pub replaced: Vec<RestingMeshes>,
     /// Objects that the next frame places.
     pub to_place: Vec<usize>,
     /// Whether the next frame refits the hierarchy.
     pub is_moved: bool,
-    /// By object: whether its mesh may be another one in every frame.
+    /// By object: whether its mesh has become another one while it was placed. From then on, the host writes it.
     deforms: Vec<bool>,
     /// Whether anything can occlude light on its way to the casters, or from there to the receivers.
     pub can_occlude: bool,
@@ -79,7 +79,7 @@ impl DeviceGeometry {
             merging,
             store,
             resting: None,
-            replaced: None,
+            replaced: Vec::new(),
             to_place: Vec::new(),
             is_moved: false,
             deforms: vec![false; scene.objects.len()],
@@ -87,12 +87,12 @@ impl DeviceGeometry {
         })
     }
 
-    /// The meshes of the objects that moved whose vertices the host has to write. The device places the others: they are scaled,
-    /// turned and moved as a whole, and their mesh is the same as before.
+    /// Has the device keep meshes at rest that are scaled, turned and moved as a whole, and the same as before. Returns the others among
+    /// the objects that moved, whose vertices the host has to write.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if device memory is insufficient.
-    pub fn to_write<'a>(
+    pub fn prepare<'a>(
         &mut self,
         context: &Arc<Context>,
         staging: &mut Staging,
@@ -105,36 +105,47 @@ impl DeviceGeometry {
                 continue;
             };
             match self.at_rest(object) {
-                Some((known, _)) => {
-                    self.deforms[object] = !Arc::ptr_eq(known, mesh) && known != mesh;
+                Some((known, _)) if Arc::ptr_eq(known, mesh) => {}
+                Some((known, _)) if known == mesh => {
+                    if let Some(resting) = &mut self.resting {
+                        resting.rename(object, mesh);
+                    }
                 }
+                Some(_) => self.deforms[object] = true,
                 None if self.deforms[object] => {}
                 None => added.push(object),
             }
         }
-        let is_new = !added.is_empty() && self.add_resting(context, scene, &added)?;
+        if !added.is_empty() {
+            self.add_resting(context, scene, &added)?;
+        }
         for object in 0..scene.objects.len() {
             if !self.is_placed(scene, object) {
                 continue;
             }
-            let is_at_rest = self.store.placement(object).is_some();
-            let resting = self.resting.as_ref().expect("has the object");
-            if !is_at_rest {
+            let resting = self.resting.as_mut().expect("has the object");
+            if self.store.placement(object).is_none() {
                 let (mesh, middle) = resting.mesh(object).expect("at rest");
                 self.store.store(object, mesh, middle);
                 self.merging.store(object, mesh, middle);
+                resting.invalidate(object);
             }
-            if !is_at_rest || is_new {
-                resting.write(staging, &self.store, &self.merging, object)?;
-            }
+            resting.write(staging, &self.store, &self.merging, object)?;
         }
         let of_host = (moved.iter().copied()).filter(|&object| !self.is_placed(scene, object));
-        Ok(of_host
+        let written: Vec<_> = of_host
             .map(|object| (object, scene.objects[object].geometry.mesh()))
-            .collect())
+            .collect();
+        // Placing keeps a mesh convex.
+        let has_other_shapes = !written.is_empty() || !added.is_empty();
+        if self.is_written && !self.can_occlude && has_other_shapes {
+            self.can_occlude = can_occlude(scene, &meshes(scene), MAX_PAIRS_IN_A_FRAME);
+        }
+        Ok(written)
     }
 
-    /// Whether the device places an object. A mesh at its place is written, so that it is the same whether it moved before or not.
+    /// Whether the device places an object. A [`Geometry::Mesh`] is written by the host, so that its triangles are the same whether it was
+    /// placed before or not.
     fn is_placed(&self, scene: &Scene, object: usize) -> bool {
         let geometry = &scene.objects[object].geometry;
         matches!(geometry, Geometry::Placed { .. }) && self.at_rest(object).is_some()
@@ -146,13 +157,13 @@ impl DeviceGeometry {
         resting.and_then(|resting| resting.mesh(object))
     }
 
-    /// Has room on the device for some more objects at rest; whether there is so much.
+    /// Makes room on the device for some more objects at rest. If it does not allow for buffers of this size, the host writes them.
     fn add_resting(
         &mut self,
         context: &Arc<Context>,
         scene: &Scene,
         added: &[usize],
-    ) -> Result<bool> {
+    ) -> Result<()> {
         let mesh = |object: usize| match &scene.objects[object].geometry {
             Geometry::Placed { mesh, .. } if added.contains(&object) => Some(mesh),
             _ => self.at_rest(object).map(|(mesh, _)| mesh),
@@ -165,12 +176,12 @@ impl DeviceGeometry {
             RestingMeshes::new(context, &self.store, &self.merging, meshes, targets)?
         else {
             added.iter().for_each(|&object| self.deforms[object] = true);
-            return Ok(false);
+            return Ok(());
         };
         if let Some(replaced) = self.resting.replace(resting) {
-            self.replaced.get_or_insert(replaced);
+            self.replaced.push(replaced);
         }
-        Ok(true)
+        Ok(())
     }
 
     /// Writes the `written` meshes among those that moved, and has the next frame place the others. Returns whether the hierarchy was
@@ -209,9 +220,6 @@ impl DeviceGeometry {
                 store.set_mesh(*object, mesh);
                 self.merging.store(*object, mesh, store.origin);
             }
-            if !self.can_occlude && !written.is_empty() {
-                self.can_occlude = can_occlude(scene, &meshes(scene), MAX_PAIRS_IN_A_FRAME);
-            }
         }
         if is_rebuilt {
             store.rebuild();
@@ -229,7 +237,7 @@ impl DeviceGeometry {
             first..indices().max().map_or(0, |last| *last as usize + 1)
         };
         if !range.is_empty() {
-            // Their triangles at rest may be in the range.
+            // The range may overwrite placed triangles with those at rest.
             let is_placed = |&object: &usize| store.placement(object).is_some();
             self.to_place = (0..scene.objects.len()).filter(is_placed).collect();
         }
@@ -244,14 +252,23 @@ impl DeviceGeometry {
         if is_rebuilt || !self.is_written {
             self.hierarchy.write(staging, store, &self.nodes)?;
         }
-        if is_rebuilt && let Some(resting) = &self.resting {
+        if is_rebuilt && let Some(resting) = &mut self.resting {
+            // Some may have been written in this update already.
+            staging.begin();
             for &object in &self.to_place {
+                resting.invalidate(object);
                 resting.write(staging, store, &self.merging, object)?;
             }
         }
         self.is_moved = true;
         self.is_written = true;
         Ok(is_rebuilt)
+    }
+
+    /// The host does not submit the last frame.
+    pub fn forget_last(&mut self) {
+        self.hierarchy.forget_last();
+        self.invalidate();
     }
 
     /// Has the next frame place all objects at rest and refit the hierarchy.
@@ -262,8 +279,8 @@ impl DeviceGeometry {
     }
 
     /// Places the triangles of the objects that moved as a whole.
-    pub fn record_place(&mut self, recorder: &mut Recorder) {
-        for object in self.to_place.drain(..) {
+    pub fn record_place(&self, recorder: &mut Recorder) {
+        for &object in &self.to_place {
             // An object without a placement was written since.
             if let (Some(resting), Some(placement)) = (&self.resting, self.store.placement(object))
             {
@@ -289,170 +306,4 @@ fn meshes(scene: &Scene) -> Vec<Cow<'_, Mesh>> {
     (scene.objects.iter())
         .map(|object| object.geometry.mesh())
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gpu::ContextOptions;
-    use crate::render::device_scene::{Change, DeviceScene};
-    use crate::render::frame::upload;
-    use crate::render::patches::subdivision::Kind;
-    use crate::render::settings::Settings;
-    use crate::scene::Similarity;
-    use glam::{DMat3, Vec3};
-    use std::path::Path;
-
-    fn similarity(scale: f64, angle: f64, shift: DVec3) -> Similarity {
-        Similarity {
-            scale,
-            rotation: DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), angle),
-            shift,
-        }
-    }
-
-    /// That the device has the vertices of all meshes where the host has them, and merged triangles with their midpoints, too.
-    fn assert_in_place(
-        device: &mut DeviceScene,
-        recorder: &mut Recorder,
-        scene: &Scene,
-        what: &str,
-    ) {
-        upload(recorder, device).unwrap();
-        recorder.submit().unwrap();
-        let geometry = &device.geometry;
-        let count = geometry.store.len() + geometry.merging.triangles.len();
-        let triangles = geometry.triangles.read::<Triangle>(count).unwrap();
-        let normals = geometry.normals.read::<Normals>(count).unwrap();
-        let near = |found: Vec3, expected: DVec3| {
-            let distance = found.as_dvec3().distance(expected);
-            assert!(
-                distance < 1e-6 * device.bodies.size(),
-                "{what}: {distance} m"
-            );
-        };
-        let assert_at = |place: u32, mesh: &Mesh, vertices: [u32; 3]| {
-            let (triangle, normals) = (&triangles[place as usize], &normals[place as usize]);
-            let a = triangle.position;
-            let corners = [a, a + triangle.edge1, a + triangle.edge2];
-            let of_corners = [normals.n0, normals.n1, normals.n2];
-            for ((corner, normal), vertex) in corners.into_iter().zip(of_corners).zip(vertices) {
-                near(
-                    corner,
-                    mesh.positions[vertex as usize] - geometry.store.origin,
-                );
-                let expected = mesh.normals[vertex as usize];
-                assert!(normal.as_dvec3().distance(expected) < 1e-6, "{what}");
-            }
-        };
-        for (index, object) in scene.objects.iter().enumerate() {
-            let mesh = object.geometry.mesh();
-            for (&vertices, &place) in mesh.triangles.iter().zip(geometry.store.indices(index)) {
-                assert_at(place, &mesh, vertices);
-                let on_host = geometry.store.triangle(place);
-                near(on_host.position, triangles[place as usize].position.into());
-            }
-            for (piece, place) in (1..geometry.merging.set_count())
-                .flat_map(|set| geometry.merging.pieces(index, set).into_iter().flatten())
-            {
-                if let Kind::Merged { midpoints, .. } = piece.kind {
-                    assert_at(place, &mesh, piece.corners);
-                    assert_at(triangles[place as usize].twin, &mesh, midpoints);
-                }
-            }
-        }
-    }
-
-    /// A mesh that is placed, placed again, back at rest, deformed, and placed once more, whose triangles are merged; and beside
-    /// it a board that lies far away at rest.
-    #[test]
-    fn placed_meshes_are_where_the_host_has_them() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/pool.toml");
-        let mut scene = crate::scene::load(&file).unwrap().scene;
-        let [water, floor] = ["water", "floor"].map(|name| scene.object_index(name).unwrap());
-        let mesh = Arc::new(scene.objects[water].geometry.mesh().into_owned());
-        scene.objects[water].geometry = Geometry::Mesh(mesh.clone());
-        let mut board = scene.objects[floor].clone();
-        let far = similarity(1.0, 0.0, DVec3::new(0.0, 0.0, 1e7));
-        let board_mesh = Arc::new(board.geometry.mesh().placed(&far));
-        let back = |angle: f64| Geometry::Placed {
-            mesh: board_mesh.clone(),
-            by: similarity(0.5, angle, DVec3::ZERO).after(&similarity(1.0, 0.0, -far.shift)),
-        };
-        (board.light_map, board.geometry) = (None, back(0.0));
-        scene.objects.push(board);
-        let board = scene.objects.len() - 1;
-        let context = Context::new(&ContextOptions::default()).unwrap();
-        let settings = Settings {
-            error: Some(0.02),
-            ..Settings::default()
-        };
-        let mut recorder = Recorder::new(&context).unwrap();
-        let mut device = DeviceScene::new(&context, &scene, &settings).unwrap();
-        assert!(device.geometry.merging.has(water));
-        assert_in_place(&mut device, &mut recorder, &scene, "at first");
-        let placed = |scale, angle, shift| Geometry::Placed {
-            mesh: mesh.clone(),
-            by: similarity(scale, angle, shift),
-        };
-        let mut deformed = mesh.as_ref().clone();
-        for position in &mut deformed.positions {
-            position.y += 0.01 * position.x.sin();
-        }
-        for (what, of_water, of_board) in [
-            ("placed", placed(1.0, 0.1, DVec3::X), back(0.0)),
-            ("placed again", placed(0.8, 0.3, DVec3::ZERO), back(0.2)),
-            ("at rest", Geometry::Mesh(mesh.clone()), back(0.2)),
-            ("deformed", Geometry::Mesh(Arc::new(deformed)), back(0.2)),
-            ("placed after all", placed(1.0, 0.2, DVec3::Y), back(0.4)),
-        ] {
-            scene.objects[water].geometry = of_water;
-            scene.objects[board].geometry = of_board;
-            device.update(&context, &scene).unwrap();
-            assert_in_place(&mut device, &mut recorder, &scene, what);
-        }
-        // Nothing is placed by a frame that changes nothing.
-        assert_eq!(device.update(&context, &scene).unwrap(), Change::Nothing);
-        assert!(!device.geometry.is_moved && device.geometry.to_place.is_empty());
-    }
-
-    /// Triangles that move apart make the hierarchy costly, of which the next frame learns, and the one after builds it again.
-    #[test]
-    fn a_costly_hierarchy_is_rebuilt() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/scenes/ring.toml");
-        let mut scene = crate::scene::load(&file).unwrap().scene;
-        let Some((mesh, _)) = scene.objects[0].geometry.placement() else {
-            panic!("a mesh");
-        };
-        let mesh = mesh.clone();
-        let context = Context::new(&ContextOptions::default()).unwrap();
-        let mut recorder = Recorder::new(&context).unwrap();
-        let mut device = DeviceScene::new(&context, &scene, &Settings::default()).unwrap();
-        assert_in_place(&mut device, &mut recorder, &scene, "at first");
-        let mut scattered = mesh.as_ref().clone();
-        let count = mesh.positions.len();
-        for (number, position) in scattered.positions.iter_mut().enumerate() {
-            *position = mesh.positions[number * 7919 % count];
-        }
-        let scattered = Arc::new(scattered);
-        let placed = |angle| Geometry::Placed {
-            mesh: scattered.clone(),
-            by: similarity(1.0, angle, DVec3::ZERO),
-        };
-        scene.objects[0].geometry = placed(0.1);
-        device.update(&context, &scene).unwrap();
-        assert_in_place(&mut device, &mut recorder, &scene, "scattered");
-        let before = device.geometry.store.indices(0).to_vec();
-        assert_eq!(device.update(&context, &scene).unwrap(), Change::Nothing);
-        upload(&mut recorder, &mut device).unwrap();
-        recorder.submit().unwrap();
-        assert!(device.geometry.hierarchy.is_costly());
-        assert_eq!(device.update(&context, &scene).unwrap(), Change::Content);
-        assert_ne!(device.geometry.store.indices(0), before);
-        assert_in_place(&mut device, &mut recorder, &scene, "rebuilt");
-        scene.objects[0].geometry = placed(0.2);
-        device.update(&context, &scene).unwrap();
-        assert_in_place(&mut device, &mut recorder, &scene, "placed after that");
-        assert!(!device.geometry.hierarchy.is_costly());
-    }
 }

@@ -157,8 +157,10 @@ impl Hierarchy {
 
     /// The host does not submit the last frame.
     pub fn forget_last(&mut self) {
-        let last = self.costs.back_mut().and_then(Option::take);
+        // It does not count as one: those before it may still be in flight.
+        let last = self.costs.pop_back().flatten();
         self.unused.extend(last.map(|(_, readback)| readback));
+        self.costs.push_front(None);
     }
 
     /// Fits the boxes to the triangles.

@@ -9,3 +9,6 @@ pub mod placement;
 pub mod rays;
 pub mod resting;
 pub mod triangle_store;
+
+#[cfg(test)]
+mod tests;

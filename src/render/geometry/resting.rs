@@ -27,6 +27,8 @@ struct RestingMesh {
     middle: DVec3,
     /// In `triangles`.
     range: Range<u32>,
+    /// Whether the device has them.
+    is_written: bool,
 }
 
 impl RestingMeshes {
@@ -52,6 +54,7 @@ impl RestingMeshes {
                     middle: 0.5 * (low + high),
                     mesh,
                     range: first as u32..count as u32,
+                    is_written: false,
                 }
             }));
         }
@@ -84,18 +87,35 @@ impl RestingMeshes {
         Some((&resting.mesh, resting.middle))
     }
 
-    /// Writes the triangles of an object, which `store` and `merging` have at rest.
+    /// Takes an equal mesh for that of an object, so that it is known by its address.
+    pub fn rename(&mut self, object: usize, mesh: &Arc<Mesh>) {
+        if let Some(resting) = &mut self.meshes[object] {
+            resting.mesh = mesh.clone();
+        }
+    }
+
+    /// The triangles of an object have changed or moved to other places.
+    pub fn invalidate(&mut self, object: usize) {
+        if let Some(resting) = &mut self.meshes[object] {
+            resting.is_written = false;
+        }
+    }
+
+    /// Writes the triangles of an object, which `store` and `merging` have at rest, unless the device has them.
     ///
     /// # Errors
     /// [`crate::Error::Device`] where the device fails.
     pub fn write(
-        &self,
+        &mut self,
         staging: &mut Staging,
         store: &TriangleStore,
         merging: &Merging,
         object: usize,
     ) -> Result<()> {
-        let resting = self.meshes[object].as_ref().expect("at rest");
+        let Some(resting) = (self.meshes[object].as_mut()).filter(|resting| !resting.is_written)
+        else {
+            return Ok(());
+        };
         let mut places = store.indices(object).to_vec();
         places.sort_unstable();
         let own = places.iter().map(|&place| (place, store.stored(place)));
@@ -108,7 +128,9 @@ impl RestingMeshes {
             .unzip();
         let first = resting.range.start as usize;
         staging.write(&self.triangles, first, &triangles)?;
-        staging.write(&self.normals, first, &normals)
+        staging.write(&self.normals, first, &normals)?;
+        resting.is_written = true;
+        Ok(())
     }
 
     /// Where `by` places an object.
@@ -119,7 +141,9 @@ impl RestingMeshes {
 
     /// Places the triangles of an object.
     pub fn record(&self, recorder: &mut Recorder, object: usize, placement: &Placement) {
-        let resting = self.meshes[object].as_ref().expect("at rest");
+        let Some(resting) = &self.meshes[object] else {
+            return;
+        };
         let push = placement.push(&resting.range);
         recorder.dispatch(&self.place, &push, threads(push.count));
     }

@@ -208,7 +208,7 @@ impl TriangleStore {
         self.placements[object].as_ref()
     }
 
-    /// Indices into [`TriangleStore::triangles`] of an object's triangles, in the order of its mesh.
+    /// Places among all triangles of an object's triangles, in the order of its mesh.
     pub fn indices(&self, object: usize) -> &[u32] {
         &self.indices[self.ranges[object].clone()]
     }

@@ -31,7 +31,7 @@ struct Level {
 pub struct Merging {
     /// By caster: its object, and levels from fine to coarse.
     casters: Vec<(usize, Vec<Level>)>,
-    /// As the device has them after those of the scene: first all, then the triangles of their midpoints, to which `twin` leads. Those
+    /// As the device has them after those of the scene: first the merged triangles, then the triangles of their midpoints, to which `twin` leads. Those
     /// of objects with a placement are at rest.
     pub triangles: Vec<Triangle>,
     pub normals: Vec<Normals>,
