@@ -37,7 +37,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Context;
 use crate::image_file::RgbImage;
 use crate::render::{Method, Renderer, Settings};
-use crate::scene::{Geometry, Scene};
+use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -87,12 +87,8 @@ impl Contender {
             return false;
         }
         let triangles = (scene.objects.iter())
-            .map(|object| match &object.geometry {
-                geometry @ (Geometry::Mesh(_) | Geometry::Placed { .. }) => {
-                    geometry.triangle_count()
-                }
-                _ => 0,
-            })
+            .filter_map(|object| object.geometry.placement())
+            .map(|(mesh, _)| mesh.triangles.len())
             .sum::<usize>() as f64;
         let patches = triangles.max(effort * f64::from(self.samples));
         let traced = scene.objects.iter().any(|object| object.blocks_light);

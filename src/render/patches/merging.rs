@@ -31,8 +31,8 @@ struct Level {
 pub struct Merging {
     /// By caster: its object, and levels from fine to coarse.
     casters: Vec<(usize, Vec<Level>)>,
-    /// As the device has them after those of the scene: first the merged triangles, then the triangles of their midpoints, to which `twin` leads. Those
-    /// of objects with a placement are at rest.
+    /// As the device has them after those of the scene: first the merged triangles, then the triangles of their midpoints, to which
+    /// `twin` leads. Those of objects with a placement are at rest.
     pub triangles: Vec<Triangle>,
     pub normals: Vec<Normals>,
     /// Number of triangles of the scene.
