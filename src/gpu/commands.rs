@@ -100,8 +100,9 @@ impl Recorder {
             });
             return;
         }
-        self.use_pipeline(pipeline, push);
-        self.add(Command::Dispatch(groups), &[]);
+        if self.use_pipeline(pipeline, push) {
+            self.add(Command::Dispatch(groups), &[]);
+        }
     }
 
     /// Runs so many workgroups of a compute shader, within the limits of every device.
@@ -129,11 +130,10 @@ impl Recorder {
         index: u32,
     ) {
         let offset = u64::from(index) * size_of::<vk::DispatchIndirectCommand>() as u64;
-        self.use_pipeline(pipeline, push);
-        self.add(
-            Command::DispatchIndirect(Numbered::of(arguments), offset),
-            &[],
-        );
+        let dispatch = Command::DispatchIndirect(Numbered::of(arguments), offset);
+        if self.use_pipeline(pipeline, push) {
+            self.add(dispatch, &[]);
+        }
     }
 
     /// Draws `vertices` into `target`. `clear`: it is all zero before.
@@ -204,7 +204,9 @@ impl Recorder {
         };
         self.add(begin, &[]);
         for (pipeline, push, vertices) in draws {
-            self.use_pipeline(pipeline, push);
+            if !self.use_pipeline(pipeline, push) {
+                continue;
+            }
             let draw = match *vertices {
                 Vertices::Count(count) => Command::Draw(count),
                 Vertices::Indexed {
@@ -229,9 +231,19 @@ impl Recorder {
         self.draw_into::<u32>(color, None, area, viewport, &[]);
     }
 
-    fn use_pipeline<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P) {
+    /// Whether the commands that follow can use it. If not, [`Recorder::submit`] fails.
+    fn use_pipeline<P: Pod>(&mut self, pipeline: &BoundPipeline, push: &P) -> bool {
         let push = bytemuck::bytes_of(push);
-        self.add(Command::Use(pipeline.with(push), push.len()), push);
+        match pipeline.with(push) {
+            Ok(used) => {
+                self.add(Command::Use(used, push.len()), push);
+                true
+            }
+            Err(error) => {
+                self.refused.get_or_insert(error);
+                false
+            }
+        }
     }
 
     /// Fills a buffer with zeros.

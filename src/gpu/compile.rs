@@ -1,6 +1,6 @@
 //! Compiled pipelines from SPIR-V.
 
-use super::pipelines::{CONSTANTS, Constants, Topology};
+use super::pipelines::{CONSTANTS, Constants, Source, Topology};
 use super::texel::Texel;
 use super::{Context, Shader, device_error};
 use crate::error::Result;
@@ -16,11 +16,26 @@ fn specialization_entries() -> [vk::SpecializationMapEntry; CONSTANTS] {
     })
 }
 
-/// A compute pipeline. A shader need not have all of the `constants`.
+/// The pipeline of a source.
 ///
 /// # Errors
 /// [`crate::Error::Device`] where the driver refuses.
-pub fn compile_compute(
+pub fn compile(
+    context: &Context,
+    source: &Source,
+    layout: vk::PipelineLayout,
+) -> Result<vk::Pipeline> {
+    match source.fragment {
+        None => compile_compute(context, source.first, source.constants, layout),
+        Some((fragment, topology)) => {
+            let shaders = [source.first, fragment];
+            compile_graphics(context, shaders, topology, source.constants, layout)
+        }
+    }
+}
+
+/// A shader need not have all of the `constants`.
+fn compile_compute(
     context: &Context,
     shader: &'static Shader,
     constants: Constants,
@@ -49,10 +64,7 @@ pub fn compile_compute(
 
 /// A pipeline that adds its fragments to one RGBA32F image, or writes to images with a depth, as `topology` says,
 /// without vertex buffers. The shaders need not have all of the `constants`.
-///
-/// # Errors
-/// [`crate::Error::Device`] where the driver refuses.
-pub fn compile_graphics(
+fn compile_graphics(
     context: &Context,
     [vertex, fragment]: [&'static Shader; 2],
     topology: Topology,

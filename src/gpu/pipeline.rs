@@ -1,7 +1,6 @@
 //! Pipelines whose layout is read from the SPIR-V, and resources bound to them by name.
 
 use super::command::{Numbered, PipelineUse};
-use super::compile::{compile_compute, compile_graphics};
 use super::memory::{Keeper, next_number};
 use super::pipelines::{Constants, Pipeline, Source, Topology};
 use super::shader::{Binding, BindingKind};
@@ -9,7 +8,7 @@ use super::texel;
 use super::{Buffer, Context, Image, Shader, device_error};
 use crate::error::Result;
 use ash::vk;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// What a binding's name stands for.
 #[derive(Clone, Copy)]
@@ -106,17 +105,20 @@ impl BoundPipeline {
 
     /// For a command that uses it with these push constants.
     ///
+    /// # Errors
+    /// [`crate::Error::Device`] where it is not compiled yet, and the driver refuses.
+    ///
     /// # Panics
     /// Where the shaders have push constants of another size.
-    pub(super) fn with(&self, push: &[u8]) -> PipelineUse {
+    pub(super) fn with(&self, push: &[u8]) -> Result<PipelineUse> {
         let pipeline = &self.pipeline;
         assert_eq!(
             push.len(),
             pipeline.push_bytes as usize,
             "push constants match the shader"
         );
-        PipelineUse {
-            pipeline: pipeline.handle,
+        Ok(PipelineUse {
+            pipeline: pipeline.handle(&self.context)?,
             layout: pipeline.layout,
             stages: pipeline.stages,
             bind_point: pipeline.bind_point,
@@ -124,7 +126,7 @@ impl BoundPipeline {
                 handle: self.set,
                 number: self.number,
             },
-        }
+        })
     }
 
     /// Writes the descriptor set.
@@ -279,19 +281,12 @@ impl Pipeline {
             .push_constant_ranges(if push_bytes > 0 { &ranges[..] } else { &[] });
         // SAFETY: as above.
         made.layout = unsafe { device.create_pipeline_layout(&info, None) }.map_err(failed())?;
-        let handle = match source.fragment {
-            None => compile_compute(context, source.first, source.constants, made.layout)?,
-            Some((fragment, topology)) => {
-                let shaders = [source.first, fragment];
-                compile_graphics(context, shaders, topology, source.constants, made.layout)?
-            }
-        };
-        context.set_name(handle, name);
         let Unfinished {
             set_layout, layout, ..
         } = *std::mem::ManuallyDrop::new(made);
         Ok(Self {
-            handle,
+            source: *source,
+            compiled: Mutex::default(),
             layout,
             set_layout,
             stages,

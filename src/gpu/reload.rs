@@ -48,8 +48,9 @@ impl Context {
                 .collect()
         };
         for source in sources {
-            let pipeline = Pipeline::new(self, &source)?;
-            new.pipelines.push((source.key(), Arc::new(pipeline)));
+            let pipeline = Arc::new(Pipeline::new(self, &source)?);
+            new.pipelines.push((source.key(), pipeline.clone()));
+            pipeline.handle(self)?;
         }
         Ok(new)
     }

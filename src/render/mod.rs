@@ -142,6 +142,7 @@ impl Renderer {
                 Dilate::new(context, &device, &direct.map)?,
             ]),
         };
+        context.compile_pipelines()?;
         let recorder = match context.is_of_host() {
             true => Recorder::for_host(context, settings.frames_in_flight),
             false => Recorder::new(context)?,
@@ -429,6 +430,7 @@ impl Renderer {
         if !self.view.as_ref().is_some_and(is_same) {
             let maps = [&self.light_map, &self.direct.map];
             let view = View::new(&self.context, &mut self.scene, maps, size, side)?;
+            self.context.compile_pipelines()?;
             if let Some(replaced) = self.view.replace(view) {
                 self.keep(replaced);
             }

@@ -1,7 +1,13 @@
 //! The quality of the picture, which both sides of a comparison share.
 
-/// Stages in which a still picture becomes finer.
-pub const STAGES: u32 = 3;
+/// Stage of the first picture on a CPU, which shows the scene soon and is replaced at once.
+pub const DRAFT: u32 = 0;
+/// Stage of pictures while something moves.
+pub const MOTION: u32 = 1;
+/// Last stage, up to which a still picture becomes finer.
+pub const FINEST: u32 = 4;
+/// Scale of the width and the height of a draft.
+pub const DRAFT_SCALE: f32 = 0.5;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
@@ -38,9 +44,10 @@ impl Quality {
     /// Square root of the number of samples per pixel at a stage of refinement, and a factor on the error to aim for.
     pub fn stage(&self, stage: u32) -> (u32, f32) {
         match stage {
-            0 => (self.antialias, 1.0),
-            1 => (self.antialias.max(2), 1.0),
-            2 => (self.antialias.max(2), 0.5),
+            DRAFT => (1, 4.0),
+            MOTION => (self.antialias, 1.0),
+            2 => (self.antialias.max(2), 1.0),
+            3 => (self.antialias.max(2), 0.5),
             _ => (self.antialias.max(4), 0.25),
         }
     }
@@ -57,7 +64,7 @@ mod tests {
                 antialias,
                 ..Quality::default()
             };
-            for stage in 0..STAGES {
+            for stage in DRAFT..FINEST {
                 let [(side, factor), (next_side, next_factor)] =
                     [stage, stage + 1].map(|s| quality.stage(s));
                 assert!(next_side >= side && next_factor <= factor);

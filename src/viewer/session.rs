@@ -8,7 +8,7 @@ use super::edits::Edits;
 use super::panels;
 use super::player::Player;
 use super::profiler::{FrameTimes, Measured};
-use super::quality::{Quality, STAGES};
+use super::quality::{DRAFT, DRAFT_SCALE, FINEST, MOTION, Quality};
 use super::reference::Reference;
 use super::save::save;
 use super::screenshot;
@@ -80,6 +80,8 @@ pub struct Session {
     /// The last picture.
     shown: Option<Shown>,
     resolution: DynamicResolution,
+    /// Whether the next picture is a draft if it can be.
+    wants_draft: bool,
     /// While a side is the reference, with the time, edits and light-map scale that it is of.
     reference: Option<((f64, Edits, f64), Reference)>,
     /// What can be set, of the last picture that could be made.
@@ -123,7 +125,7 @@ impl Session {
         for note in display.sides[0].notes() {
             state.tell(Severity::Note, note);
         }
-        let resolution = DynamicResolution::new(display.host.info.kind == "cpu");
+        let is_cpu = display.host.info.kind == "cpu";
         let context = egui::Context::default();
         // Animated panels would draw frames by themselves.
         context.all_styles_mut(|style| style.animation_time = 0.0);
@@ -140,7 +142,8 @@ impl Session {
             watch: watch(&state.document),
             opened: Instant::now(),
             shown: None,
-            resolution,
+            resolution: DynamicResolution::new(is_cpu),
+            wants_draft: is_cpu,
             reference: None,
             last_good: (state.quality, technique, Edits::default()),
             measured: None,
@@ -171,7 +174,7 @@ impl Session {
     /// When a still picture becomes finer.
     pub fn refines_at(&self) -> Option<Instant> {
         let can_refine =
-            self.state.quality.refines && self.state.stage < STAGES && self.shown.is_some();
+            self.state.quality.refines && self.state.stage < FINEST && self.shown.is_some();
         (can_refine && !self.state.playback.plays && self.state.drag.is_none())
             .then(|| self.changed + REST)
     }
@@ -395,6 +398,8 @@ impl Session {
         }
         if has_picture {
             self.shown = Some(next);
+            self.wants_draft = false;
+            self.needs_frame |= stage == DRAFT;
             self.repeats = if is_new || !takes_passes {
                 0
             } else {
@@ -445,7 +450,7 @@ impl Session {
             (self.state.profiler.memory, self.state.profiler.reserved) = self.display.memory();
         }
         self.frames += 1;
-        self.is_settled = (!self.state.quality.refines || stage >= STAGES) && !self.needs_frame;
+        self.is_settled = (!self.state.quality.refines || stage >= FINEST) && !self.needs_frame;
         Ok(Some((times, has_picture.then_some(scale))))
     }
 
@@ -460,12 +465,19 @@ impl Session {
         let quality = self.state.quality;
         let mut scale = last_scale.unwrap_or(self.resolution.scale());
         if last_scale.is_none() {
-            self.state.stage = 0;
+            self.state.stage = MOTION;
             self.changed = start;
+            if self.wants_draft && quality.refines && !is_written {
+                self.state.stage = DRAFT;
+                return DRAFT_SCALE;
+            }
+        } else if self.state.stage == DRAFT {
+            self.state.stage = MOTION;
+            scale = 1.0;
         } else {
             let is_due = settles
                 || (!self.is_scripted && self.refines_at().is_some_and(|time| time <= start));
-            if is_due && quality.refines && self.state.stage < STAGES {
+            if is_due && quality.refines && self.state.stage < FINEST {
                 self.resolution.rest();
                 match scale < 1.0 {
                     true => scale = 1.0,
