@@ -44,7 +44,7 @@ impl Quality {
     /// Square root of the number of samples per pixel at a stage of refinement, and a factor on the error to aim for.
     pub fn stage(&self, stage: u32) -> (u32, f32) {
         match stage {
-            DRAFT => (1, 4.0),
+            DRAFT => (1, 8.0),
             MOTION => (self.antialias, 1.0),
             2 => (self.antialias.max(2), 1.0),
             3 => (self.antialias.max(2), 0.5),
