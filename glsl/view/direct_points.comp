@@ -1,4 +1,4 @@
-// direct points: direct light at points of meshes.
+// direct points: direct light of suns and lamps at points of meshes, and with it that of the environment.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"
@@ -8,17 +8,15 @@ TRIANGLES(0)
 NORMALS(1)
 NODES(2)
 LIGHTS(3)
-DIRECT_CELLS_OF(4)
-layout(std430, binding = 5) readonly buffer SurfacePoints { SurfacePoint surface_points[]; };
-layout(std430, binding = 7) readonly buffer TracedPoints { uint traced_points[]; };
+layout(std430, binding = 4) readonly buffer SurfacePoints { SurfacePoint surface_points[]; };
+layout(std430, binding = 5) readonly buffer TracedPoints { uint traced_points[]; };
 layout(std430, binding = 6) writeonly buffer PointLight { vec4 point_light[]; };
+layout(std430, binding = 7) readonly buffer PointEnvironment { vec4 point_environment[]; };
+layout(constant_id = ID_HAS_ENVIRONMENT) const bool HAS_ENVIRONMENT = true;
 layout(push_constant) uniform DirectPointsPush {
     uint first;          // first one of this range of `traced_points`
     uint end;            // of the range
     uint light_count;
-    uint first_cell;     // environment cells that points have rays to: every cell_step-th before end_cell
-    uint cell_step;
-    uint end_cell;       // 0: no environment
 } push;
 
 #include "trace.glsl"
@@ -29,7 +27,7 @@ layout(push_constant) uniform DirectPointsPush {
 #include "open_light.glsl"
 #include "beam.glsl"
 #include "lighting.glsl"
-#include "direct_cells.glsl"
+#include "surface_points.glsl"
 
 void main() {
     uint item = push.first + gl_GlobalInvocationID.x;
@@ -37,16 +35,10 @@ void main() {
     uint index = traced_points[item];
     SurfacePoint point = surface_points[index];
     uint self = point.triangle;
-    Triangle triangle = triangle_at(self);
-    Normals corner = normals_at(self);
-    // Rays from a corner or an edge would meet the triangles beside it.
-    vec2 w = mix(unpackUnorm2x16(point.weights), vec2(1.0 / 3.0), 0.02);
-    vec3 x = triangle.position + w.x * triangle.edge1 + w.y * triangle.edge2;
-    vec3 n = normalize((1.0 - w.x - w.y) * corner.n0 + w.x * corner.n1 + w.y * corner.n2);
-    x = on_smooth_surface(triangle, corner, x, w);
-    vec3 a, b;
+    vec3 x, n, a, b;
+    locate(point, x, n);
     basis(n, a, b);
-    vec3 sum = vec3(0.0);
+    vec3 sum = HAS_ENVIRONMENT ? point_environment[index].rgb : vec3(0.0);
     for (uint i = 0; i < push.light_count; i++) {
         Light light = light_at(i);
         LightDisc disc = disc_at(light, x);
@@ -61,6 +53,5 @@ void main() {
             sum += light.power * ray_irradiance(light, x, n, self, k, POINT_LIGHT_RAYS) / float(POINT_LIGHT_RAYS);
         }
     }
-    sum += cells_irradiance(x, n, self, push.first_cell + index % push.cell_step, push.cell_step, push.end_cell);
     point_light[index] = vec4(sum, 0.0);
 }

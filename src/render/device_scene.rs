@@ -299,7 +299,7 @@ impl DeviceScene {
     }
 
     /// The scene's buffers and images, by the names that shaders have for them.
-    fn resources(&self) -> [(&'static str, Resource<'_>); 28] {
+    fn resources(&self) -> [(&'static str, Resource<'_>); 29] {
         let buffer = Resource::Buffer;
         [
             ("triangles", buffer(&self.geometry.triangles)),
@@ -325,6 +325,10 @@ impl DeviceScene {
             ("traced_points", buffer(&self.surfaces.points.traced)),
             ("copied_points", buffer(&self.surfaces.points.copies)),
             ("point_light", buffer(&self.surfaces.points.light)),
+            (
+                "point_environment",
+                buffer(&self.surfaces.points.environment),
+            ),
             (
                 "direct_cells",
                 buffer(&self.environment.direct_cells.buffer),

@@ -171,7 +171,8 @@ mirrors! {
     OpenGroupsPush { count: u32, }
     DirectPush { first: UVec2, surface: u32, receiver: u32, light_count: u32, }
     CopyPush { first: u32, end: u32, }
-    DirectPointsPush { first: u32, end: u32, light_count: u32, first_cell: u32, cell_step: u32, end_cell: u32, }
+    DirectPointsPush { first: u32, end: u32, light_count: u32, }
+    EnvironmentPointsPush { first: u32, end: u32, first_cell: u32, cell_step: u32, end_cell: u32, }
     CameraPush {
         eye: Vec3, near: f32, right: Vec3, first: u32, up: Vec3, light_count: u32, forward: Vec3, rotation: f32,
         size: Vec2, tile: Vec2,

@@ -29,7 +29,10 @@ pub struct MeshPoints {
     /// For each triangle of the scene, if there are any points.
     pub of_triangles: Buffer,
     pub points: Buffer,
+    /// Direct light at the points of meshes without light maps, W/m².
     pub light: Buffer,
+    /// That of the environment, at the points of all meshes.
+    pub environment: Buffer,
     /// Numbers of the points whose light is computed.
     pub traced: Buffer,
     /// Pairs of points, of which the first has the light of the second.
@@ -151,6 +154,11 @@ impl MeshPoints {
             )?,
             points: buffer("surface points", count, size_of::<SurfacePoint>())?,
             light: buffer("light of points", count, 16)?,
+            environment: buffer(
+                "environment light of points",
+                if has_environment { count } else { 0 },
+                16,
+            )?,
             traced: buffer("traced points", lists.traced.len(), size_of::<u32>())?,
             copies: buffer("copied points", lists.copies.len(), size_of::<UVec2>())?,
             ranges,
@@ -222,6 +230,7 @@ impl MeshPoints {
             &self.of_triangles,
             &self.points,
             &self.light,
+            &self.environment,
             &self.traced,
             &self.copies,
         ];

@@ -9,8 +9,8 @@ use crate::render::gpu_types::constants::{
     BLOCK, DIRECT_CELL_GROUPS, DIRECT_CELLS, DIRECT_CELLS_STEP, LIGHT_RAYS_SIDE, SPLAT_GROUP,
 };
 use crate::render::gpu_types::{
-    ClassifyPush, CopyPush, DirectEnvironmentPush, DirectPointsPush, DirectPush, ListedPush,
-    OpenGroupsPush, PenumbraPush, ShadowEdgesPush,
+    ClassifyPush, CopyPush, DirectEnvironmentPush, DirectPointsPush, DirectPush,
+    EnvironmentPointsPush, ListedPush, OpenGroupsPush, PenumbraPush, ShadowEdgesPush,
 };
 use crate::render::receivers::surfaces::SurfaceTile;
 use crate::render::view::work_list::{Items, WorkList};
@@ -33,8 +33,10 @@ pub struct Direct {
     /// For the first rays of texels, and for the rest.
     penumbra: [BoundPipeline; 2],
     atlas: BoundPipeline,
+    environment_points: BoundPipeline,
     points: BoundPipeline,
-    copy_points: BoundPipeline,
+    /// Of light, and of light of the environment.
+    copy_points: [BoundPipeline; 2],
     /// Irradiance of all rects and of the meshes with light maps, W/m².
     pub map: Image,
     /// Irradiance from the environment, by the rays of each texel, and smooth; of one texel without an environment.
@@ -112,6 +114,13 @@ impl Direct {
             .map(|list| [&own[..], &of_texels[0], &list.resources("items")].concat());
         let rest_list = [&own[..], &of_texels[1]].concat();
         let bind = |shader| scene.compute(context, shader, &block_list);
+        // The light of points is that of the environment.
+        let of_environment = [(
+            "point_light",
+            Resource::Buffer(&scene.surfaces.points.environment),
+        )];
+        let environment_list = [&of_environment[..], &block_list].concat();
+        let bind_points = |shader| scene.compute(context, shader, &environment_list);
         let bind_texels = |shader| scene.compute(context, shader, &texel_list);
         Ok(Self {
             open_groups: bind(&shaders::OPEN_GROUPS_COMP)?,
@@ -127,9 +136,13 @@ impl Direct {
                 bind(&shaders::PENUMBRA_COMP)?,
                 scene.compute(context, &shaders::PENUMBRA_COMP, &rest_list)?,
             ],
-            atlas: bind(&shaders::DIRECT_ATLAS_COMP)?,
+            atlas: bind_points(&shaders::DIRECT_ATLAS_COMP)?,
+            environment_points: bind(&shaders::ENVIRONMENT_POINTS_COMP)?,
             points: bind(&shaders::DIRECT_POINTS_COMP)?,
-            copy_points: bind(&shaders::COPY_POINTS_COMP)?,
+            copy_points: [
+                bind(&shaders::COPY_POINTS_COMP)?,
+                bind_points(&shaders::COPY_POINTS_COMP)?,
+            ],
             map,
             environment,
             open_light,
@@ -142,14 +155,18 @@ impl Direct {
     /// Maximum number of rays of a texel or point.
     pub fn rays(scene: &DeviceScene) -> u64 {
         let of_light = u64::from(LIGHT_RAYS_SIDE * LIGHT_RAYS_SIDE) + 4;
-        let of_environment =
-            u64::from(DIRECT_CELLS / MAPPED_CELL_STEP) * u64::from(scene.environment.is_present);
-        of_light * u64::from(scene.lights.scene_count) + of_environment
+        of_light * u64::from(scene.lights.scene_count)
     }
 
-    /// Number of rays of a texel of the direct map of the environment, and of one that needs rays of its own.
-    pub fn environment_rays() -> [u64; 2] {
-        [DIRECT_CELL_GROUPS, DIRECT_CELLS / DIRECT_CELLS_STEP].map(u64::from)
+    /// Number of rays of a texel of the direct map of the environment, of one that needs rays of its own, and of a point.
+    pub fn environment_rays() -> [u64; 3] {
+        let of_point = POINT_CELLS.max(DIRECT_CELLS / MAPPED_CELL_STEP);
+        [
+            DIRECT_CELL_GROUPS,
+            DIRECT_CELLS / DIRECT_CELLS_STEP,
+            of_point,
+        ]
+        .map(u64::from)
     }
 
     /// Records the irradiance from groups of environment cells without shadows.
@@ -306,42 +323,46 @@ impl Direct {
         recorder.dispatch(pipeline, &push, rect.threads());
     }
 
-    /// Records the irradiance of some points, W/m²: from all lights, or on meshes with light maps (`is_mapped`) from the
-    /// environment.
-    pub fn record_points(
+    /// Records the irradiance of some points from the environment, W/m². `is_mapped`: of meshes with light maps.
+    pub fn record_environment_points(
         &self,
         recorder: &mut Recorder,
-        scene: &DeviceScene,
         is_mapped: bool,
         points: Range<u32>,
     ) {
-        let [first_cell, cell_step, end_cell] = match (scene.environment.is_present, is_mapped) {
-            (false, _) => [0, 1, 0],
-            (true, false) => [DIRECT_CELLS, 1, DIRECT_CELLS + POINT_CELLS],
-            (true, true) => [0, MAPPED_CELL_STEP, DIRECT_CELLS],
+        let (cells, cell_step) = match is_mapped {
+            true => (0..DIRECT_CELLS, MAPPED_CELL_STEP),
+            false => (DIRECT_CELLS..DIRECT_CELLS + POINT_CELLS, 1),
         };
+        let push = EnvironmentPointsPush {
+            first: points.start,
+            end: points.end,
+            first_cell: cells.start,
+            cell_step,
+            end_cell: cells.end,
+        };
+        let threads = [points.end - points.start, 1, 1];
+        recorder.dispatch(&self.environment_points, &push, threads);
+    }
+
+    /// Records the irradiance of some points of meshes without light maps from all lights, W/m².
+    pub fn record_points(&self, recorder: &mut Recorder, scene: &DeviceScene, points: Range<u32>) {
         let push = DirectPointsPush {
             first: points.start,
             end: points.end,
-            light_count: if is_mapped {
-                0
-            } else {
-                scene.lights.scene_count
-            },
-            first_cell,
-            cell_step,
-            end_cell,
+            light_count: scene.lights.scene_count,
         };
         recorder.dispatch(&self.points, &push, [points.end - points.start, 1, 1]);
     }
 
-    /// Records copies of points.
-    pub fn record_copies(&self, recorder: &mut Recorder, copies: Range<u32>) {
+    /// Records copies of points: of all light, or of that of the environment.
+    pub fn record_copies(&self, recorder: &mut Recorder, is_environment: bool, copies: Range<u32>) {
         let push = CopyPush {
             first: copies.start,
             end: copies.end,
         };
-        recorder.dispatch(&self.copy_points, &push, [copies.end - copies.start, 1, 1]);
+        let pipeline = &self.copy_points[usize::from(is_environment)];
+        recorder.dispatch(pipeline, &push, [copies.end - copies.start, 1, 1]);
     }
 
     /// Bytes of the maps.

@@ -28,14 +28,14 @@ const LISTED_GROUPS: u64 = 1 << 13;
 const POINT_GROUP: u64 = SPLAT_GROUP as u64;
 const MAX_POINTS: u64 = POINT_GROUP * MAX_ROW as u64;
 
-/// Computes the direct light of rects from the environment, and that at the points of meshes with light maps.
+/// Computes the direct light of rects and at the points of meshes from the environment.
 pub fn environment_light(
     recorder: &mut Recorder,
     scene: &DeviceScene,
     direct: &Direct,
 ) -> Result<()> {
     clear(recorder, &[&direct.sharp_texels.counts])?;
-    let [first, first_sharp] = Direct::environment_rays().map(first_groups);
+    let [first, first_sharp, first_points] = Direct::environment_rays().map(first_groups);
     let rects = || scene.surfaces.tiles.iter().filter(|tile| tile.is_rect());
     recorder.pass("open groups", |r| {
         direct.record_open_groups(r, scene);
@@ -69,35 +69,32 @@ pub fn environment_light(
         first_sharp,
         |r, items| direct.record_sharp_environment(r, scene, items),
     )?;
-    let [_, mapped] = &scene.surfaces.points.ranges;
-    points_light(
-        recorder,
-        "environment points",
-        scene,
-        direct,
-        (true, mapped),
-        first,
-    )
+    let [unmapped, mapped] = &scene.surfaces.points.ranges;
+    for (is_mapped, points) in [(false, unmapped), (true, mapped)] {
+        each_range(
+            recorder,
+            "environment points",
+            points.traced.clone(),
+            first_points,
+            |r, points| direct.record_environment_points(r, is_mapped, points),
+        )?;
+    }
+    copy_points(recorder, direct, true, mapped)
 }
 
-/// Computes the light at points of meshes without or with light maps (`is_mapped`).
-fn points_light(
+/// Copies light, or that of the environment, to points that are in one place with others.
+fn copy_points(
     recorder: &mut Recorder,
-    pass: &'static str,
-    scene: &DeviceScene,
     direct: &Direct,
-    (is_mapped, points): (bool, &PointRanges),
-    first: u64,
+    is_environment: bool,
+    points: &PointRanges,
 ) -> Result<()> {
-    each_range(recorder, pass, points.traced.clone(), first, |r, points| {
-        direct.record_points(r, scene, is_mapped, points)
-    })?;
     each_range(
         recorder,
         "copy points",
         points.copies.clone(),
         LISTED_GROUPS,
-        |r, copies| direct.record_copies(r, copies),
+        |r, copies| direct.record_copies(r, is_environment, copies),
     )
 }
 
@@ -131,14 +128,14 @@ pub fn direct_light(
         })?;
     }
     let [unmapped, _] = &scene.surfaces.points.ranges;
-    points_light(
+    each_range(
         recorder,
         "direct points",
-        scene,
-        direct,
-        (false, unmapped),
+        unmapped.traced.clone(),
         first,
+        |r, points| direct.record_points(r, scene, points),
     )?;
+    copy_points(recorder, direct, false, unmapped)?;
     for tile in tiles {
         let pass = if tile.is_rect() {
             "direct"
