@@ -136,6 +136,11 @@ impl Display {
         &self.host.info
     }
 
+    /// Whether pictures take long.
+    pub fn is_cpu(&self) -> bool {
+        self.device().kind == "cpu"
+    }
+
     /// Makes a side's renderer, for another scene or another technique. Where that fails, the last one stays.
     ///
     /// # Errors

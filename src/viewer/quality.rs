@@ -1,6 +1,6 @@
 //! The quality of the picture, which both sides of a comparison share.
 
-/// Stage of the first picture on a CPU, which shows the scene soon and is replaced at once.
+/// Stage of the first picture of a scene on a CPU, which comes soon and is replaced at once.
 pub const DRAFT: u32 = 0;
 /// Stage of pictures while something moves.
 pub const MOTION: u32 = 1;

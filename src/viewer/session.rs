@@ -125,7 +125,7 @@ impl Session {
         for note in display.sides[0].notes() {
             state.tell(Severity::Note, note);
         }
-        let is_cpu = display.host.info.kind == "cpu";
+        let is_cpu = display.is_cpu();
         let context = egui::Context::default();
         // Animated panels would draw frames by themselves.
         context.all_styles_mut(|style| style.animation_time = 0.0);
@@ -200,6 +200,7 @@ impl Session {
         match Document::open(path) {
             Ok((document, warnings)) => {
                 if self.set_document(document, warnings) {
+                    self.wants_draft = self.display.is_cpu();
                     self.state.camera = None;
                     self.state.playback.time = 0.0;
                     let name = path.file_name().unwrap_or_default().to_string_lossy();
