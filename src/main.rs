@@ -5,15 +5,15 @@ mod cli;
 mod viewer;
 
 use clap::Parser;
+use nephroid::gpu::{DRIVER_STACK, keep_freed_memory, set_stack_of_threads};
 use std::process::ExitCode;
-
-/// Bytes of every thread's stack, whatever `ulimit -s` says: drivers start threads, too.
-const STACK: usize = 8 << 20;
+use std::thread::Builder;
 
 fn main() -> ExitCode {
-    nephroid::gpu::keep_freed_memory();
-    nephroid::gpu::set_stack_of_threads(STACK);
-    let run = std::thread::Builder::new().stack_size(STACK).spawn(run);
+    keep_freed_memory();
+    // Whatever `ulimit -s` says: drivers start threads, too.
+    set_stack_of_threads(DRIVER_STACK);
+    let run = Builder::new().stack_size(DRIVER_STACK).spawn(run);
     run.expect("a thread can be started")
         .join()
         .expect("the thread does not panic")

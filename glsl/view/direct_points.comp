@@ -1,4 +1,4 @@
-// direct points: direct light of suns and lamps at points of meshes, and with it that of the environment.
+// direct points: direct light of suns and lamps at points of meshes without light maps, added to that of the environment.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "gpu_types.glsl"

@@ -1,10 +1,76 @@
 //! Compiled pipelines from SPIR-V.
 
-use super::pipelines::{CONSTANTS, Constants, Source, Topology};
+use super::host_memory::DRIVER_STACK;
+use super::pipelines::{CONSTANTS, Constants, Pipeline, Source, Topology};
 use super::texel::Texel;
 use super::{Context, Shader, device_error};
 use crate::error::Result;
 use ash::vk;
+use std::cmp::Reverse;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+impl Context {
+    /// Compiles the pipelines that were made since the last call, on all processors. One that a frame needs before is
+    /// compiled when the frame is recorded.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the driver refuses.
+    pub fn compile_pipelines(&self) -> Result<()> {
+        let mut new = {
+            let mut pipelines = self.pipelines.lock().expect("no panic while held");
+            std::mem::take(&mut pipelines.new)
+        };
+        if new.is_empty() {
+            return Ok(());
+        }
+        // The longest ones first, so that all processors end at about the same time.
+        let words = |pipeline: &Arc<Pipeline>| -> usize {
+            let shaders = pipeline.source.shaders();
+            shaders.map(|shader| shader.words.len()).sum()
+        };
+        new.sort_by_key(|pipeline| Reverse(words(pipeline)));
+        let next = AtomicUsize::new(0);
+        let compile = || {
+            while let Some(pipeline) = new.get(next.fetch_add(1, Ordering::Relaxed)) {
+                pipeline.handle(self)?;
+            }
+            Ok(())
+        };
+        let processors = thread::available_parallelism().map_or(1, |number| number.get());
+        thread::scope(|scope| {
+            // Where no thread can be started, the others compile its share.
+            let threads: Vec<_> = (1..processors.min(new.len()))
+                .map_while(|_| {
+                    thread::Builder::new()
+                        .stack_size(DRIVER_STACK)
+                        .spawn_scoped(scope, compile)
+                        .ok()
+                })
+                .collect();
+            let results = threads
+                .into_iter()
+                .map(|thread| thread.join().expect("no panic in a driver's thread"));
+            results.fold(compile(), |all, one| all.and(one))
+        })
+    }
+}
+
+impl Pipeline {
+    /// Compiles it where nobody has done so yet.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] where the driver refuses.
+    pub(super) fn handle(&self, context: &Context) -> Result<vk::Pipeline> {
+        let mut compiled = self.compiled.lock().expect("no panic while held");
+        if *compiled == vk::Pipeline::null() {
+            *compiled = compile(context, &self.source, self.layout)?;
+            context.set_name(*compiled, self.source.first.name);
+        }
+        Ok(*compiled)
+    }
+}
 
 fn specialization_entries() -> [vk::SpecializationMapEntry; CONSTANTS] {
     let size = size_of::<vk::Bool32>();
@@ -20,11 +86,7 @@ fn specialization_entries() -> [vk::SpecializationMapEntry; CONSTANTS] {
 ///
 /// # Errors
 /// [`crate::Error::Device`] where the driver refuses.
-pub fn compile(
-    context: &Context,
-    source: &Source,
-    layout: vk::PipelineLayout,
-) -> Result<vk::Pipeline> {
+fn compile(context: &Context, source: &Source, layout: vk::PipelineLayout) -> Result<vk::Pipeline> {
     match source.fragment {
         None => compile_compute(context, source.first, source.constants, layout),
         Some((fragment, topology)) => {

@@ -16,6 +16,9 @@ pub fn keep_freed_memory() {
     }
 }
 
+/// Bytes of the stack of a thread on which a driver compiles pipelines: as much as the main thread usually has.
+pub const DRIVER_STACK: usize = 8 << 20;
+
 /// Gives threads that are started from now on a stack of so many bytes, those of drivers included, which otherwise
 /// follow `ulimit -s`. Only glibc has such a setting; elsewhere nothing happens.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]

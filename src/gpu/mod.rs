@@ -38,7 +38,7 @@ pub use commands::Vertices;
 pub use context::Context;
 pub use device::{ContextOptions, DeviceInfo, SuitableDevice, list_devices};
 pub use host::{External, suitable_devices};
-pub use host_memory::{keep_freed_memory, set_stack_of_threads};
+pub use host_memory::{DRIVER_STACK, keep_freed_memory, set_stack_of_threads};
 pub use image::{Image, Sampling};
 pub use memory::Buffer;
 pub use pipeline::{BoundPipeline, Resource};

@@ -1,14 +1,10 @@
 //! Compiled pipelines by what they are compiled from.
 
 use super::shader::{Binding, Shader};
-use super::{Context, compile};
 use crate::error::Result;
 use ash::vk;
-use std::cmp::Reverse;
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
-use std::thread;
 
 /// What the rasteriser makes of the vertices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -48,19 +44,6 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Compiles it where nobody has done so yet.
-    ///
-    /// # Errors
-    /// [`crate::Error::Device`] where the driver refuses.
-    pub(super) fn handle(&self, context: &Context) -> Result<vk::Pipeline> {
-        let mut compiled = self.compiled.lock().expect("no panic while held");
-        if *compiled == vk::Pipeline::null() {
-            *compiled = compile::compile(context, &self.source, self.layout)?;
-            context.set_name(*compiled, self.source.first.name);
-        }
-        Ok(*compiled)
-    }
-
     /// # Safety
     /// It is of this device, which no longer uses it, and nor does anybody else.
     pub(super) unsafe fn destroy(&self, device: &ash::Device) {
@@ -109,7 +92,7 @@ pub type Key = (&'static str, Option<(&'static str, Topology)>, Constants);
 pub struct Pipelines {
     pub(super) made: HashMap<Key, Arc<Pipeline>>,
     /// Those that were made since [`Context::compile_pipelines`].
-    new: Vec<Arc<Pipeline>>,
+    pub(super) new: Vec<Arc<Pipeline>>,
     /// Shaders that replaced those of the build, by their names.
     #[cfg(feature = "dev")]
     pub(super) newest: HashMap<&'static str, &'static Shader>,
@@ -150,47 +133,6 @@ impl Pipelines {
             // SAFETY: whoever used it kept the context.
             unsafe { pipeline.destroy(device) };
         }
-    }
-}
-
-impl Context {
-    /// Compiles the pipelines that were made since the last call, on all processors. One that a frame needs before is
-    /// compiled when the frame is recorded.
-    ///
-    /// # Errors
-    /// [`crate::Error::Device`] where the driver refuses.
-    pub fn compile_pipelines(&self) -> Result<()> {
-        let mut new = {
-            let mut pipelines = self.pipelines.lock().expect("no panic while held");
-            std::mem::take(&mut pipelines.new)
-        };
-        if new.is_empty() {
-            return Ok(());
-        }
-        // The longest ones first, so that all processors end at about the same time.
-        let words = |pipeline: &Arc<Pipeline>| -> usize {
-            let shaders = pipeline.source.shaders();
-            shaders.map(|shader| shader.words.len()).sum()
-        };
-        new.sort_by_key(|pipeline| Reverse(words(pipeline)));
-        let next = AtomicUsize::new(0);
-        let compile = || {
-            while let Some(pipeline) = new.get(next.fetch_add(1, Ordering::Relaxed)) {
-                pipeline.handle(self)?;
-            }
-            Ok(())
-        };
-        let processors = thread::available_parallelism().map_or(1, |number| number.get());
-        thread::scope(|scope| {
-            // Where no thread can be started, the others compile its share.
-            let threads: Vec<_> = (1..processors.min(new.len()))
-                .map_while(|_| thread::Builder::new().spawn_scoped(scope, compile).ok())
-                .collect();
-            let results = threads
-                .into_iter()
-                .map(|thread| thread.join().expect("no panic in a driver's thread"));
-            results.fold(compile(), |all, one| all.and(one))
-        })
     }
 }
 

@@ -143,6 +143,7 @@ impl Renderer {
         loop {
             let error = self.settings.error;
             let chains = Chains::new(&self.context, &mut self.scene, &levels, error, true)?;
+            self.context.compile_pipelines()?;
             frame::upload(&mut self.recorder, &mut self.scene)?;
             count_flux(&mut self.recorder, &self.scene, &chains)?;
             self.recorder.submit()?;
@@ -188,12 +189,6 @@ impl Renderer {
     fn submit_direct(&mut self) -> Result<()> {
         let submitted = self.recorder.submit();
         submitted.inspect_err(|_| self.forget_direct())
-    }
-
-    /// After a failure, direct light is computed again.
-    fn forget_direct(&mut self) {
-        self.is_direct_current = false;
-        self.is_environment_current = false;
     }
 
     /// Renders one frame: caustic, direct light, and `camera`'s view of `size` pixels with

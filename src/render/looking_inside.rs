@@ -27,6 +27,7 @@ impl Renderer {
         if !self.shown.is_empty() {
             let (scene, caustic) = (&mut self.scene, &self.caustic);
             let made = Overlays::new(&self.context, scene, caustic, &self.shown)?;
+            self.context.compile_pipelines()?;
             self.overlays = Some(made);
         }
         Ok(!self.shown.is_empty())

@@ -106,6 +106,8 @@ pub struct Renderer {
     is_direct_current: bool,
     /// Whether the direct map of the environment shows the current scene. It is kept where only suns, lamps or materials change.
     is_environment_current: bool,
+    /// Whether points of meshes have the light of the current environment, which does not depend on the size of the maps.
+    are_points_current: bool,
     direct_halvings: u32,
     budget: Option<FrameBudget>,
     /// What a frame lacked, for which the next caustic begins with larger buffers.
@@ -168,6 +170,7 @@ impl Renderer {
             is_current: false,
             is_direct_current: false,
             is_environment_current: false,
+            are_points_current: false,
             direct_halvings: 0,
             budget,
             grows: None,
@@ -251,7 +254,7 @@ impl Renderer {
     }
 
     /// Number of parts of the last recorded frame that executed the commands of the frame before, in place of being recorded: the
-    /// caustic, the environment's direct light, other direct light, and the view.
+    /// caustic, the environment's direct light on rects, that at points of meshes, other direct light, and the view.
     pub fn reused_parts(&self) -> u32 {
         self.recorder.reused_parts()
     }
@@ -285,6 +288,7 @@ impl Renderer {
         self.is_current = was_current && change == Change::Nothing;
         self.is_direct_current &= change == Change::Nothing;
         self.is_environment_current &= keeps_environment;
+        self.are_points_current &= keeps_environment;
         if change == Change::Stages {
             let stages = self.bind_stages().inspect_err(|_| {
                 // The stages keep their old capacity, which these patches exceed.
@@ -297,6 +301,7 @@ impl Renderer {
             let lattices = self.scene.replaced.take();
             self.keep((replaced, lattices));
         }
+        self.context.compile_pipelines()?;
         self.update_time = start.elapsed();
         Ok(())
     }
@@ -343,8 +348,14 @@ impl Renderer {
     /// Makes the next frame compute its caustic and its direct light even if the scene is unchanged, for measurements.
     pub fn invalidate(&mut self) {
         self.is_current = false;
+        self.forget_direct();
+    }
+
+    /// Has the next frame compute its direct light even if the scene is unchanged.
+    fn forget_direct(&mut self) {
         self.is_direct_current = false;
         self.is_environment_current = false;
+        self.are_points_current = false;
     }
 
     /// Makes the next frame place the meshes that moved as a whole and refit the hierarchy again, for measurements.
@@ -416,10 +427,17 @@ impl Renderer {
                 view::frame::environment_light(r, scene, direct)
             })?;
         }
+        let has_points = scene.environment.is_present && !scene.surfaces.points.is_empty();
+        if has_points && !self.are_points_current {
+            self.recorder.reusable("environment points", |r| {
+                view::frame::environment_points(r, scene, direct)
+            })?;
+        }
         self.recorder.reusable("direct light", |r| {
             view::frame::direct_light(r, scene, direct, dilate)
         })?;
         self.is_environment_current = true;
+        self.are_points_current = true;
         self.is_direct_current = true;
         Ok(())
     }

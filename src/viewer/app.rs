@@ -196,7 +196,7 @@ impl App {
         let mut until = self.next_poll;
         let mut draws = open.needs_frame;
         if let Some(player) = &mut self.player {
-            if !self.script_frame {
+            if !self.script_frame && !open.is_drafting() {
                 match player.step(&open.window, &mut open.state, recorder, open.is_settled)? {
                     Step::Draw => self.script_frame = true,
                     Step::Wait(time) => until = until.min(time),

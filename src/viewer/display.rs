@@ -136,7 +136,7 @@ impl Display {
         &self.host.info
     }
 
-    /// Whether pictures take long.
+    /// Whether the device is a CPU, on which pictures take long.
     pub fn is_cpu(&self) -> bool {
         self.device().kind == "cpu"
     }

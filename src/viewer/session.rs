@@ -105,8 +105,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Shows a document in a window. `is_scripted`: a script draws the frames, with all pixels unless it asks for a frame rate, so
-    /// that equal scripts show equal pictures.
+    /// Shows a document in a window. `is_scripted`: a script draws the frames after drafts, with all pixels unless it asks for a frame
+    /// rate, so that equal scripts show equal pictures.
     ///
     /// # Errors
     /// As [`nephroid::render::Renderer::new`].
@@ -334,12 +334,12 @@ impl Session {
         let scene = self.state.scene();
         let key = self.key(&scene, size);
         let number = self.follow_reference(&scene, &key);
-        let last_scale = (self.shown.as_ref())
+        let last = (self.shown.as_ref())
             .filter(|shown| shown.key == key)
-            .map(|shown| shown.scale);
+            .map(|shown| (shown.stage, shown.scale));
         let is_written = screenshot.is_some() || record.is_some();
-        let scale = self.refine(last_scale, settles, start, is_written);
-        let stage = self.state.stage;
+        let (stage, scale) = self.refine(last, settles, start, is_written);
+        self.state.stage = stage;
         let takes_passes = self.state.windows.profiler;
         let next = Shown {
             key,
@@ -353,12 +353,10 @@ impl Session {
         let (antialias, factor) = self.state.quality.stage(stage);
         let mut has_picture = wants_picture;
         if wants_picture {
-            let sides = self.display.sides.iter_mut();
-            for (side, technique) in sides.zip(self.state.compare.sides()) {
-                side.aim(technique, factor);
-                side.fit(scale);
-            }
+            self.aim(factor, scale);
             has_picture = self.update(&scene)?;
+            // Sides may have been made again.
+            self.aim(factor, scale);
         }
         for side in &mut self.display.sides {
             side.profile(takes_passes);
@@ -422,11 +420,13 @@ impl Session {
         let end = Instant::now();
         let interval = self.last_end.map(|last| 1e3 * (end - last).as_secs_f64());
         self.last_end = Some(end);
-        if let (true, true, Some(interval)) = (has_picture, is_new, interval) {
+        // The next picture waits for a draft.
+        let is_timed = stage != DRAFT && last.is_none_or(|(stage, _)| stage != DRAFT);
+        if let (true, true, true, Some(interval)) = (has_picture, is_new, is_timed, interval) {
             let time = Duration::from_secs_f64(1e-3 * interval);
             (self.display.sides.iter_mut()).for_each(|side| side.add_time(time));
             let quality = &self.state.quality;
-            if last_scale.is_none() && quality.is_dynamic() {
+            if last.is_none() && quality.is_dynamic() {
                 (self.resolution).add(interval, quality.frame_rate.into());
             }
         }
@@ -452,44 +452,62 @@ impl Session {
         }
         self.frames += 1;
         self.is_settled = (!self.state.quality.refines || stage >= FINEST) && !self.needs_frame;
-        Ok(Some((times, has_picture.then_some(scale))))
+        let dynamic_scale = if stage == DRAFT { 1.0 } else { scale };
+        Ok(Some((times, has_picture.then_some(dynamic_scale))))
     }
 
-    /// Sets the stage of the next picture, and returns its scale. `last_scale`: of the last one, if nothing has changed since.
+    /// Has the next pictures of all sides aim for this factor on their errors, and have direct light for this scale.
+    fn aim(&mut self, factor: f32, scale: f32) {
+        let sides = self.display.sides.iter_mut();
+        for (side, technique) in sides.zip(self.state.compare.sides()) {
+            side.aim(technique, factor);
+            side.fit(scale);
+        }
+    }
+
+    /// Stage and scale of the next picture. `last`: those of the last one, if nothing has changed since.
     fn refine(
         &mut self,
-        last_scale: Option<f32>,
+        last: Option<(u32, f32)>,
         settles: bool,
         start: Instant,
         is_written: bool,
-    ) -> f32 {
+    ) -> (u32, f32) {
         let quality = self.state.quality;
-        let mut scale = last_scale.unwrap_or(self.resolution.scale());
-        if last_scale.is_none() {
-            self.state.stage = MOTION;
-            self.changed = start;
-            if self.wants_draft && quality.refines && !is_written {
-                self.state.stage = DRAFT;
-                return DRAFT_SCALE;
-            }
-        } else if self.state.stage == DRAFT {
-            self.state.stage = MOTION;
-            scale = 1.0;
-        } else {
-            let is_due = settles
-                || (!self.is_scripted && self.refines_at().is_some_and(|time| time <= start));
-            if is_due && quality.refines && self.state.stage < FINEST {
-                self.resolution.rest();
-                match scale < 1.0 {
-                    true => scale = 1.0,
-                    false => self.state.stage += 1,
+        let (mut stage, mut scale) = match last {
+            Some((DRAFT, _)) => (MOTION, 1.0),
+            Some(last) => last,
+            None => {
+                self.changed = start;
+                if self.wants_draft && quality.refines && !is_written {
+                    return (DRAFT, DRAFT_SCALE);
                 }
+                (MOTION, self.resolution.scale())
+            }
+        };
+        let is_due =
+            settles || (!self.is_scripted && self.refines_at().is_some_and(|time| time <= start));
+        let may_refine = last.is_some_and(|(stage, _)| stage != DRAFT) && quality.refines;
+        if is_due && may_refine && stage < FINEST {
+            self.resolution.rest();
+            match scale < 1.0 {
+                true => scale = 1.0,
+                false => stage += 1,
             }
         }
         match quality.is_dynamic() && !is_written {
-            true => scale,
-            false => 1.0,
+            true => (stage, scale),
+            false => (stage, 1.0),
         }
+    }
+
+    /// Whether a draft is to be drawn, or to be replaced: scripts go on after that.
+    pub fn is_drafting(&self) -> bool {
+        let is_due = match &self.shown {
+            Some(shown) => shown.stage == DRAFT,
+            None => self.wants_draft && self.state.quality.refines,
+        };
+        is_due && self.needs_frame
     }
 
     /// Lets the scene's time go on.

@@ -8,7 +8,7 @@ use super::handles::Drag;
 use super::loss::Loss;
 use super::playback::Playback;
 use super::profiler::Profiler;
-use super::quality::Quality;
+use super::quality::{MOTION, Quality};
 use super::technique::Technique;
 use nephroid::gpu::DeviceInfo;
 use nephroid::render::Overlay;
@@ -113,7 +113,7 @@ impl State {
             requests: Vec::new(),
             profiler: Profiler::default(),
             device,
-            stage: 0,
+            stage: MOTION,
             screenshots: 0,
         }
     }

@@ -1,8 +1,8 @@
 //! Shadows in the maps of direct light, against closed forms, and views that use them.
 
 use crate::common::{
-    Device, assert_error, bits, footprint, l1, load, middles, moved, object_mut, toward_sun,
-    with_texels,
+    Device, assert_error, bits, footprint, l1, load, middles, moved, object_mut, set_light_maps,
+    toward_sun, with_texels,
 };
 use glam::DVec3;
 use nephroid::render::Renderer;
@@ -252,6 +252,80 @@ fn maps_are_coarse_in_motion(texels: [u32; 2], halvings: u32, bound: f64) {
         let l1 = l1(&coarse, &fine);
         assert!((1e-5..bound).contains(&l1), "{l1}");
     }
+}
+
+/// The light of the sky at points of the cup is kept while the sun moves, and found again under another sky and where the cup moves.
+#[test]
+fn light_of_the_sky_is_kept_at_points_of_meshes() {
+    let device = Device::open();
+    let mut still = load("coffee.toml");
+    set_light_maps(&mut still, [64, 64]);
+    for light in &mut still.lights {
+        if let LightKind::Environment { casts_caustics, .. } = &mut light.kind {
+            *casts_caustics = false;
+        }
+    }
+    let points = (still.objects.iter())
+        .find(|object| {
+            let kind = &still.materials[object.material].kind;
+            matches!(kind, MaterialKind::Diffuse { .. }) && object.light_map.is_none()
+        })
+        .unwrap();
+    let name = points.name.clone();
+    let changed = |scene: &Scene, change: fn(&mut LightKind)| {
+        let mut scene = scene.clone();
+        (scene.lights.iter_mut()).for_each(|light| change(&mut light.kind));
+        scene
+    };
+    let sun = changed(&still, |kind| {
+        if let LightKind::Sun { direction, .. } = kind {
+            *direction = (*direction + 0.3 * DVec3::X).normalize();
+        }
+    });
+    let sky = changed(&sun, |kind| {
+        if let LightKind::Environment { scale, .. } = kind {
+            *scale *= 3.0;
+        }
+    });
+    let cup = moved(sky.clone(), &name, 0.2, 0.02 * DVec3::Y);
+    let view = |renderer: &mut Renderer, scene: &Scene| {
+        renderer.update(scene).unwrap();
+        renderer.caustic().unwrap();
+        renderer.view(&scene.camera, [96, 54], 1).unwrap();
+        let picture = renderer.read_view().unwrap();
+        let mut passes = renderer.take_times().into_iter();
+        (
+            picture,
+            passes.any(|pass| pass.name == "environment points"),
+        )
+    };
+    let mut renderer = device.renderer(&still, &footprint(256));
+    let mut last = None;
+    // A renderer that is made for the moved cup divides its facets otherwise for the caustic.
+    let scenes = [
+        (&still, true, 0.0),
+        (&sun, false, 0.0),
+        (&sky, true, 0.0),
+        (&cup, true, 1e-5),
+    ];
+    for (scene, finds, bound) in scenes {
+        let (picture, found) = view(&mut renderer, scene);
+        assert_eq!(found, finds);
+        let alone = view(&mut device.renderer(scene, &footprint(256)), scene).0;
+        assert!(l1(&picture, &alone) <= bound);
+        assert!(
+            last.replace(bits(&picture)) != Some(bits(&picture)),
+            "they differ"
+        );
+    }
+    // Nor do points depend on how fine the maps are.
+    renderer.set_direct_halvings(2);
+    let sun_again = changed(&cup, |kind| {
+        if let LightKind::Sun { direction, .. } = kind {
+            *direction = (*direction - 0.2 * DVec3::X).normalize();
+        }
+    });
+    assert!(!view(&mut renderer, &sun_again).1);
 }
 
 /// Pictures of coarse maps show direct light and caustics in the same places.

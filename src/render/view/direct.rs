@@ -114,13 +114,13 @@ impl Direct {
             .map(|list| [&own[..], &of_texels[0], &list.resources("items")].concat());
         let rest_list = [&own[..], &of_texels[1]].concat();
         let bind = |shader| scene.compute(context, shader, &block_list);
-        // The light of points is that of the environment.
+        // Where shaders name the light of points, these have that of the environment.
         let of_environment = [(
             "point_light",
             Resource::Buffer(&scene.surfaces.points.environment),
         )];
         let environment_list = [&of_environment[..], &block_list].concat();
-        let bind_points = |shader| scene.compute(context, shader, &environment_list);
+        let bind_environment = |shader| scene.compute(context, shader, &environment_list);
         let bind_texels = |shader| scene.compute(context, shader, &texel_list);
         Ok(Self {
             open_groups: bind(&shaders::OPEN_GROUPS_COMP)?,
@@ -136,12 +136,12 @@ impl Direct {
                 bind(&shaders::PENUMBRA_COMP)?,
                 scene.compute(context, &shaders::PENUMBRA_COMP, &rest_list)?,
             ],
-            atlas: bind_points(&shaders::DIRECT_ATLAS_COMP)?,
+            atlas: bind_environment(&shaders::DIRECT_ATLAS_COMP)?,
             environment_points: bind(&shaders::ENVIRONMENT_POINTS_COMP)?,
             points: bind(&shaders::DIRECT_POINTS_COMP)?,
             copy_points: [
                 bind(&shaders::COPY_POINTS_COMP)?,
-                bind_points(&shaders::COPY_POINTS_COMP)?,
+                bind_environment(&shaders::COPY_POINTS_COMP)?,
             ],
             map,
             environment,
@@ -152,7 +152,7 @@ impl Direct {
         })
     }
 
-    /// Maximum number of rays of a texel or point.
+    /// Maximum number of rays of a texel or point to suns and lamps.
     pub fn rays(scene: &DeviceScene) -> u64 {
         let of_light = u64::from(LIGHT_RAYS_SIDE * LIGHT_RAYS_SIDE) + 4;
         of_light * u64::from(scene.lights.scene_count)

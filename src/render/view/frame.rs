@@ -1,8 +1,8 @@
 //! The frame of the view: every pass and every barrier, in order, after those of render/frame.rs.
 //!
 //! ```text
-//! open groups ─► environment rays ─► smooth environment ─► sharp environment ─► environment points ─► copy points
-//!                                                          direct light of the environment, where it or geometry changed
+//! open groups ─► environment rays ─► smooth environment ─► sharp environment
+//!          ─► environment points ─► copy points            direct light of the environment, where it or geometry changed
 //!          ─► classify blocks ─► list blocks ─► direct ─► mixed blocks ─► shadow edges ─► penumbra
 //!          ─► direct points ─► copy points ─► direct atlas ─► dilate                    direct light, where the scene changed
 //!          ─► visible ─► draw surfaces ─► list pixels ─► reflections ─► contrast ─► edges           the camera's picture
@@ -28,14 +28,14 @@ const LISTED_GROUPS: u64 = 1 << 13;
 const POINT_GROUP: u64 = SPLAT_GROUP as u64;
 const MAX_POINTS: u64 = POINT_GROUP * MAX_ROW as u64;
 
-/// Computes the direct light of rects and at the points of meshes from the environment.
+/// Computes the direct light of rects from the environment.
 pub fn environment_light(
     recorder: &mut Recorder,
     scene: &DeviceScene,
     direct: &Direct,
 ) -> Result<()> {
     clear(recorder, &[&direct.sharp_texels.counts])?;
-    let [first, first_sharp, first_points] = Direct::environment_rays().map(first_groups);
+    let [first, first_sharp, _] = Direct::environment_rays().map(first_groups);
     let rects = || scene.surfaces.tiles.iter().filter(|tile| tile.is_rect());
     recorder.pass("open groups", |r| {
         direct.record_open_groups(r, scene);
@@ -68,14 +68,23 @@ pub fn environment_light(
         0,
         first_sharp,
         |r, items| direct.record_sharp_environment(r, scene, items),
-    )?;
+    )
+}
+
+/// Computes the direct light at points of meshes from the environment.
+pub fn environment_points(
+    recorder: &mut Recorder,
+    scene: &DeviceScene,
+    direct: &Direct,
+) -> Result<()> {
+    let [_, _, first] = Direct::environment_rays().map(first_groups);
     let [unmapped, mapped] = &scene.surfaces.points.ranges;
     for (is_mapped, points) in [(false, unmapped), (true, mapped)] {
         each_range(
             recorder,
             "environment points",
             points.traced.clone(),
-            first_points,
+            first,
             |r, points| direct.record_environment_points(r, is_mapped, points),
         )?;
     }

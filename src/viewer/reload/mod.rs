@@ -12,6 +12,7 @@ use super::watch::Watch;
 pub use compile::Compiled;
 use compile::compile;
 use nephroid::gpu::Context;
+use nephroid::gpu::DRIVER_STACK;
 use sources::files;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -20,8 +21,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Bytes. Drivers compile pipelines on the thread, and need as much as on the main one.
-const STACK: usize = 8 << 20;
 /// How often the sources are looked at, of which there are many.
 const EVERY: Duration = Duration::from_secs(2);
 
@@ -97,7 +96,7 @@ impl Shaders {
             self.changed.clone(),
             self.cancel.clone(),
         );
-        let thread = Builder::new().stack_size(STACK);
+        let thread = Builder::new().stack_size(DRIVER_STACK);
         let spawned = thread.spawn(move || compile(&context, &folder, &changed, &cancel));
         self.compilation = Some(spawned.expect("the system has room for a thread"));
     }
