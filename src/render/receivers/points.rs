@@ -17,9 +17,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Points of a mesh without a light map to aim for, where its triangles are few.
-const POINTS_OF_MESH: f64 = 16_384.0;
+const POINTS_OF_MESH: f64 = 32_768.0;
 /// The same for a mesh with a light map.
-const POINTS_OF_MAPPED_MESH: f64 = 4096.0;
+const POINTS_OF_MAPPED_MESH: f64 = 8192.0;
 /// Intervals along an edge.
 const MAX_INTERVALS: u32 = 64;
 
@@ -335,7 +335,7 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// A square of two triangles: √(1/16384) = 1/128 m, and its diagonal of √2 m has more intervals than the most.
+    /// A square of two triangles: √(1/32768) = 1/181 m, and its diagonal of √2 m has more intervals than the most.
     #[test]
     fn coarse_meshes_get_lattices() {
         let square = |quads: u32| {
@@ -359,8 +359,8 @@ mod tests {
             (lattices.iter()).all(|lattice| [lattice.rows, lattice.step] == [rows, step])
         };
         assert!(are_all(1, 64, 1));
-        // A quad's diagonal is √2/16 m, 11.3 intervals of 1/128 m, and the corners lie 5.7 above it.
-        assert!(are_all(16, 6, 2));
+        // A quad's diagonal is √2/16 m, 16 intervals of 1/181 m, and the corners lie 8 above it.
+        assert!(are_all(16, 8, 2));
         // √2/300 m is shorter than one.
         assert!(are_all(300, 0, 1));
         // Four vertices, and two lattices of six points: the middles of the edges, of which one is shared, are traced.
