@@ -119,14 +119,13 @@ struct TextureLevel {
     uvec2 size;
 };
 
-// The points of a triangle of kind POINTS: on a lattice from its longest edge to the corner opposite, the apex. It has `rows` intervals
-// from the edge to the apex, and `step_` * (rows - r) of them along row r, from the corner after the apex on. Where `rows` is 0, the points
-// are the triangle's corners, which it shares with others.
+// The points of a triangle of kind POINTS: on a lattice of `division` intervals along each edge, row by row from the first
+// corner on, from `first` on; where the division is 1, the triangle's corners, which it shares with others.
 struct TrianglePoints {
-    uint first;          // first point of the lattice, or that of the first corner
-    uint step_;          // or the point of the second corner
-    uint apex;           // number of the corner, or the point of the third corner
-    uint rows;
+    uint first;
+    uint second;
+    uint third;
+    uint division;
 };
 
 // A point of a mesh: the triangle, and the weights of its second and third corner as unorm 2 x 16. `radius`: the point

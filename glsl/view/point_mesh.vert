@@ -26,7 +26,7 @@ void main() {
     albedo = object_at(triangle.object).color;
     uv = texture_corner(index, corner, texture_levels_of);
     TrianglePoints own = triangle_points[index];
-    points = uvec4(own.first, own.step_, own.apex, own.rows);
+    points = uvec4(own.first, own.second, own.third, own.division);
     weights = vec2(corner == 1, corner == 2);
     gl_Position = seen_at(corner_of(triangle, corner));
 }

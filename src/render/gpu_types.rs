@@ -48,7 +48,7 @@ mirrors! {
     }
     TexturedTriangle { uv0: Vec2, uv1: Vec2, uv2: Vec2, first_level: u32, level_count: u32, }
     TextureLevel { origin: UVec2, size: UVec2, }
-    TrianglePoints { first: u32, step_: u32, apex: u32, rows: u32, }
+    TrianglePoints { first: u32, second: u32, third: u32, division: u32, }
     SurfacePoint { triangle: u32, weights: u32, radius: f32, }
     DirectCell { mean: Vec3, unused0: f32, power: Vec3, unused1: f32, direction: Vec3, unused2: f32, }
     MeshReceiver {

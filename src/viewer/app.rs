@@ -143,6 +143,7 @@ impl App {
             display,
             state,
             is_scripted,
+            self.options.record.is_none(),
             #[cfg(feature = "dev")]
             Shaders::new(&self.options.shaders),
         )?);

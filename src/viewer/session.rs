@@ -80,6 +80,8 @@ pub struct Session {
     /// The last picture.
     shown: Option<Shown>,
     resolution: DynamicResolution,
+    /// Whether the first picture of a scene is a draft: on a CPU, unless all pictures are written.
+    may_draft: bool,
     /// Whether the next picture is a draft if it can be.
     wants_draft: bool,
     /// While a side is the reference, with the time, edits and light-map scale that it is of.
@@ -105,7 +107,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Shows a document in a window. `is_scripted`: a script draws the frames after drafts, with all pixels unless it asks for a frame
+    /// Shows a document in a window. `may_draft`: not all pictures are written. `is_scripted`: a script draws the frames after drafts, with all pixels unless it asks for a frame
     /// rate, so that equal scripts show equal pictures.
     ///
     /// # Errors
@@ -115,6 +117,7 @@ impl Session {
         mut display: Display,
         mut state: State,
         is_scripted: bool,
+        may_draft: bool,
         #[cfg(feature = "dev")] shaders: super::reload::Shaders,
     ) -> Result<Self> {
         if is_scripted {
@@ -143,7 +146,8 @@ impl Session {
             opened: Instant::now(),
             shown: None,
             resolution: DynamicResolution::new(is_cpu),
-            wants_draft: is_cpu,
+            may_draft: may_draft && is_cpu,
+            wants_draft: may_draft && is_cpu,
             reference: None,
             last_good: (state.quality, technique, Edits::default()),
             measured: None,
@@ -200,7 +204,7 @@ impl Session {
         match Document::open(path) {
             Ok((document, warnings)) => {
                 if self.set_document(document, warnings) {
-                    self.wants_draft = self.display.is_cpu();
+                    self.wants_draft = self.may_draft;
                     self.state.camera = None;
                     self.state.playback.time = 0.0;
                     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -348,6 +352,7 @@ impl Session {
             reference: number,
         };
         let is_new = self.shown.as_ref() != Some(&next);
+        let follows_draft = (self.shown.as_ref()).is_some_and(|shown| shown.stage == DRAFT);
         // What a picture cost and consists of is known a few pictures later.
         let wants_picture = is_new || takes_passes && self.repeats < REPEATS;
         let (antialias, factor) = self.state.quality.stage(stage);
@@ -421,7 +426,7 @@ impl Session {
         let interval = self.last_end.map(|last| 1e3 * (end - last).as_secs_f64());
         self.last_end = Some(end);
         // The next picture waits for a draft.
-        let is_timed = stage != DRAFT && last.is_none_or(|(stage, _)| stage != DRAFT);
+        let is_timed = stage != DRAFT && !follows_draft;
         if let (true, true, true, Some(interval)) = (has_picture, is_new, is_timed, interval) {
             let time = Duration::from_secs_f64(1e-3 * interval);
             (self.display.sides.iter_mut()).for_each(|side| side.add_time(time));

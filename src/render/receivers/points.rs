@@ -1,6 +1,5 @@
 //! Points of diffuse meshes, where their direct light is computed: on a lattice in each triangle that is longer than the
-//! points' spacing, as mesh colors (Yuksel, Keyser, House 2010), but with fewer rows in thin triangles, whose points lie no closer
-//! across than along; at the vertices of the others. Meshes with light maps have
+//! points' spacing, as mesh colors (Yuksel, Keyser, House 2010); at the vertices of the others. Meshes with light maps have
 //! points for the light of the environment, whose shadows are soft: far fewer than texels.
 //!
 //! Every lattice has all its points, so that looking up is simple; but light is computed once for the points that lattices share.
@@ -17,70 +16,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Points of a mesh without a light map to aim for, where its triangles are few.
-const POINTS_OF_MESH: f64 = 32_768.0;
+const POINTS_OF_MESH: f64 = 16_384.0;
 /// The same for a mesh with a light map.
-const POINTS_OF_MAPPED_MESH: f64 = 8192.0;
+const POINTS_OF_MAPPED_MESH: f64 = 4096.0;
 /// Intervals along an edge.
-const MAX_INTERVALS: u32 = 64;
-
-/// The lattice of a triangle, of which row 0 is the longest edge.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Lattice {
-    /// Number of the corner opposite the longest edge.
-    apex: usize,
-    /// Intervals from the longest edge to the apex; 0 where the points are the triangle's corners.
-    rows: u32,
-    /// Intervals that a row has more than the next one.
-    step: u32,
-}
-
-impl Lattice {
-    /// The one of a triangle of the mesh whose points are about `spacing` apart, m.
-    fn new(mesh: &Mesh, triangle: usize, spacing: f64) -> Self {
-        let (apex, longest) = longest_edge(mesh, triangle);
-        let height = 2.0 * mesh.vector_area(triangle).length() / longest.max(f64::MIN_POSITIVE);
-        let intervals = |length: f64| {
-            let intervals = (length / spacing).round();
-            intervals.clamp(1.0, MAX_INTERVALS.into()) as u32
-        };
-        let (along, rows) = (intervals(longest), intervals(height));
-        let step = (along + rows / 2) / rows;
-        match (rows, step) {
-            (1, 1) => Self {
-                apex,
-                rows: 0,
-                step,
-            },
-            _ => Self { apex, rows, step },
-        }
-    }
-
-    /// Intervals along a row.
-    fn intervals(&self, row: u32) -> u32 {
-        self.step * (self.rows - row)
-    }
-
-    /// Rows and columns of the points, row by row; none where the points are the corners.
-    fn places(self) -> impl Iterator<Item = [u32; 2]> {
-        let rows = if self.rows > 0 {
-            0..self.rows + 1
-        } else {
-            0..0
-        };
-        rows.flat_map(move |row| (0..=self.intervals(row)).map(move |column| [row, column]))
-    }
-
-    /// Weights of the second and third corner at a place.
-    fn weights(&self, [row, column]: [u32; 2]) -> DVec2 {
-        let height = f64::from(row) / f64::from(self.rows);
-        let along = f64::from(column) / f64::from(self.intervals(row).max(1));
-        let mut weights = [0.0; 3];
-        weights[self.apex] = height;
-        weights[(self.apex + 1) % 3] = (1.0 - along) * (1.0 - height);
-        weights[(self.apex + 2) % 3] = along * (1.0 - height);
-        DVec2::new(weights[1], weights[2])
-    }
-}
+const MAX_DIVISION: u32 = 64;
 
 pub struct MeshPoints {
     /// Meshes without light maps, then those with light maps.
@@ -101,7 +41,7 @@ pub struct MeshPoints {
     pub ranges: [PointRanges; 2],
     lists: PointLists,
     /// In the order of `objects` and of their triangles.
-    lattices: Vec<Lattice>,
+    divisions: Vec<u32>,
 }
 
 /// Parts of [`MeshPoints::traced`] and [`MeshPoints::copies`].
@@ -119,34 +59,32 @@ struct PointLists {
 
 impl PointLists {
     /// Adds the points of a mesh, of which the first has the number `first`. Returns the number after the last.
-    fn add(&mut self, mesh: &Mesh, lattices: &[Lattice], first: u32) -> u32 {
+    fn add(&mut self, mesh: &Mesh, divisions: &[u32], first: u32) -> u32 {
         let mut next = first + mesh.positions.len() as u32;
         self.traced.extend(first..next);
         // By vertices, intervals, and place: points on edges of lattices that match.
         let mut on_edges: HashMap<([u32; 2], u32, u32), u32> = HashMap::new();
-        for (corners, lattice) in mesh.triangles.iter().zip(lattices) {
-            let [apex, begin, end] = [0, 1, 2].map(|i| corners[(lattice.apex + i) % 3]);
-            let rows = lattice.rows;
-            for [row, column] in lattice.places() {
-                let last = lattice.intervals(row);
-                // The edge that it lies on, with its intervals.
-                let edge = match (row, column) {
-                    (0, _) => Some((begin, end, last, column)),
-                    (_, 0) => Some((begin, apex, rows, row)),
-                    _ if column == last => Some((end, apex, rows, row)),
+        for (&[a, b, c], &n) in mesh.triangles.iter().zip(divisions) {
+            for [column, row] in lattice(n) {
+                let diagonal = n - column - row;
+                let corners = [(diagonal, a), (column, b), (row, c)];
+                let corner = corners.into_iter().find(|(share, _)| *share == n);
+                let edge = match (column, row, diagonal) {
+                    (_, 0, _) => Some((a, b, column)),
+                    (0, _, _) => Some((a, c, row)),
+                    (_, _, 0) => Some((b, c, row)),
                     _ => None,
                 };
-                let source = match edge {
-                    Some((corner, _, _, 0)) => first + corner,
-                    Some((_, corner, n, place)) if place == n => first + corner,
-                    Some((u, v, n, place)) => {
+                let source = match (corner, edge) {
+                    (Some((_, corner)), _) => first + corner,
+                    (_, Some((u, v, place))) => {
                         let key = match u < v {
                             true => ([u, v], n, place),
                             false => ([v, u], n, n - place),
                         };
                         *on_edges.entry(key).or_insert(next)
                     }
-                    None => next,
+                    _ => next,
                 };
                 match source == next {
                     true => self.traced.push(next),
@@ -181,7 +119,7 @@ impl MeshPoints {
         let mut objects: Vec<usize> = meshes(false).collect();
         let unmapped_objects = objects.len();
         objects.extend(meshes(true).filter(|_| has_environment));
-        let (mut lists, mut lattices, mut count) = (PointLists::default(), Vec::new(), 0);
+        let (mut lists, mut divisions, mut count) = (PointLists::default(), Vec::new(), 0);
         let (unmapped, mapped) = objects.split_at(unmapped_objects);
         let kinds = [(unmapped, POINTS_OF_MESH), (mapped, POINTS_OF_MAPPED_MESH)];
         let ranges = kinds.map(|(objects, points)| {
@@ -190,7 +128,7 @@ impl MeshPoints {
                 let mesh = scene.objects[object].geometry.mesh();
                 let of_mesh = divide(&mesh, points);
                 count = lists.add(&mesh, &of_mesh, count);
-                lattices.extend(of_mesh);
+                divisions.extend(of_mesh);
             }
             let ends = lists.lengths();
             PointRanges {
@@ -225,7 +163,7 @@ impl MeshPoints {
             copies: buffer("copied points", lists.copies.len(), size_of::<UVec2>())?,
             ranges,
             lists,
-            lattices,
+            divisions,
         })
     }
 
@@ -249,16 +187,15 @@ impl MeshPoints {
         }
         let mut points = Vec::with_capacity(self.lists.traced.len() + self.lists.copies.len());
         let mut of_triangles = vec![TrianglePoints::default(); store.len()];
-        let mut lattices = self.lattices.iter();
+        let mut divisions = self.divisions.iter();
         for &object in &self.objects {
             let mesh: Cow<Mesh> = scene.objects[object].geometry.mesh();
             let first = points.len() as u32;
             points.resize(points.len() + mesh.positions.len(), SurfacePoint::default());
             for (number, &place) in store.indices(object).iter().enumerate() {
                 let corners = mesh.triangles[number];
-                let lattice = *lattices.next().expect("as many as triangles");
-                let (_, longest) = longest_edge(&mesh, number);
-                let radius = (0.5 * longest / f64::from(lattice.intervals(0).max(1))) as f32;
+                let n = *divisions.next().expect("as many as triangles");
+                let radius = (0.5 * longest_edge(&mesh, number) / f64::from(n)) as f32;
                 let point = |weights: DVec2| SurfacePoint {
                     triangle: place,
                     weights: packed(weights),
@@ -269,21 +206,22 @@ impl MeshPoints {
                     points[(first + corner) as usize] = point(weights);
                 }
                 let [a, b, c] = corners.map(|corner| first + corner);
-                of_triangles[place as usize] = match lattice.rows {
-                    0 => TrianglePoints {
+                of_triangles[place as usize] = match n {
+                    1 => TrianglePoints {
                         first: a,
-                        step_: b,
-                        apex: c,
-                        rows: 0,
+                        second: b,
+                        third: c,
+                        division: 1,
                     },
-                    rows => TrianglePoints {
+                    _ => TrianglePoints {
                         first: points.len() as u32,
-                        step_: lattice.step,
-                        apex: lattice.apex as u32,
-                        rows,
+                        division: n,
+                        ..Default::default()
                     },
                 };
-                points.extend((lattice.places()).map(|place| point(lattice.weights(place))));
+                points.extend(
+                    lattice(n).map(|place| point(DVec2::from(place.map(f64::from)) / f64::from(n))),
+                );
             }
         }
         staging.write(&self.of_triangles, 0, &of_triangles)?;
@@ -305,28 +243,29 @@ impl MeshPoints {
     }
 }
 
-/// Number of the corner opposite the longest edge of a triangle, and the length of that edge, m.
-fn longest_edge(mesh: &Mesh, triangle: usize) -> (usize, f64) {
-    let corners = mesh.corners(triangle);
-    let edges = [0, 1, 2].map(|apex| {
-        let [begin, end] = [1, 2].map(|i| corners[(apex + i) % 3]);
-        (apex, begin.distance(end))
-    });
-    let longest = edges
-        .into_iter()
-        .reduce(|a, b| if b.1 > a.1 { b } else { a });
-    longest.expect("three edges")
+/// Columns and rows of the points of a lattice with n intervals along an edge, row by row; none where n is 1.
+fn lattice(n: u32) -> impl Iterator<Item = [u32; 2]> {
+    let rows = if n > 1 { 0..n + 1 } else { 0..0 };
+    rows.flat_map(move |row| (0..=n - row).map(move |column| [column, row]))
 }
 
-/// The lattices of all triangles, where the mesh has about `points` points.
-fn divide(mesh: &Mesh, points: f64) -> Vec<Lattice> {
+fn longest_edge(mesh: &Mesh, triangle: usize) -> f64 {
+    let [a, b, c] = mesh.corners(triangle);
+    (a.distance(b)).max(b.distance(c)).max(c.distance(a))
+}
+
+/// Intervals along the edges of each triangle, where the mesh has about `points` points.
+fn divide(mesh: &Mesh, points: f64) -> Vec<u32> {
     let triangles = 0..mesh.triangles.len();
     let area: f64 = (triangles.clone())
         .map(|triangle| mesh.vector_area(triangle).length())
         .sum();
     let spacing = (area / points).sqrt().max(f64::MIN_POSITIVE);
     triangles
-        .map(|triangle| Lattice::new(mesh, triangle, spacing))
+        .map(|triangle| {
+            let intervals = (longest_edge(mesh, triangle) / spacing).round();
+            intervals.clamp(1.0, MAX_DIVISION.into()) as u32
+        })
         .collect()
 }
 
@@ -335,7 +274,7 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// A square of two triangles: √(1/32768) = 1/181 m, and its diagonal of √2 m has more intervals than the most.
+    /// A square of two triangles: √(1/16384) = 1/128 m, and its diagonal of √2 m has more intervals than the most.
     #[test]
     fn coarse_meshes_get_lattices() {
         let square = |quads: u32| {
@@ -354,68 +293,29 @@ mod tests {
                     .collect(),
             }
         };
-        let are_all = |quads, rows, step| {
-            let lattices = divide(&square(quads), POINTS_OF_MESH);
-            (lattices.iter()).all(|lattice| [lattice.rows, lattice.step] == [rows, step])
-        };
-        assert!(are_all(1, 64, 1));
-        // A quad's diagonal is √2/16 m, 16 intervals of 1/181 m, and the corners lie 8 above it.
-        assert!(are_all(16, 8, 2));
+        let intervals = |quads| divide(&square(quads), POINTS_OF_MESH);
+        assert_eq!(intervals(1), [64, 64]);
+        // A quad's diagonal is √2/16 m: 11.3 intervals of 1/128 m.
+        assert!(intervals(16).iter().all(|n| *n == 11));
         // √2/300 m is shorter than one.
-        assert!(are_all(300, 0, 1));
+        assert!(intervals(300).iter().all(|n| *n == 1));
         // Four vertices, and two lattices of six points: the middles of the edges, of which one is shared, are traced.
-        let mesh = square(1);
-        let lattices = [1, 2].map(|apex| Lattice {
-            apex,
-            rows: 2,
-            step: 1,
-        });
         let mut lists = PointLists::default();
-        assert_eq!(lists.add(&mesh, &lattices, 10), 26);
+        assert_eq!(lists.add(&square(1), &[2, 2], 10), 26);
         let (traced, copies) = (lists.traced, lists.copies);
         assert_eq!(traced, [10, 11, 12, 13, 15, 17, 18, 23, 24]);
         let sources: Vec<[u32; 2]> = copies.iter().map(|copy| copy.to_array()).collect();
         assert_eq!(
             sources,
             [
-                [14, 13],
-                [16, 10],
-                [19, 11],
+                [14, 10],
+                [16, 11],
+                [19, 13],
                 [20, 10],
-                [21, 15],
+                [21, 17],
                 [22, 13],
                 [25, 12]
             ]
         );
-    }
-
-    /// A strip of 1 m by 1/32 m has points 1/64 m apart, and so have its neighbours on the edges that they share.
-    #[test]
-    fn thin_triangles_have_few_rows() {
-        let mesh = Mesh {
-            positions: vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0 / 32.0, 0.0)],
-            normals: vec![DVec3::Z; 3],
-            triangles: vec![[0, 1, 2]],
-        };
-        let lattice = Lattice::new(&mesh, 0, 1.0 / 64.0);
-        assert_eq!(
-            [lattice.apex as u32, lattice.rows, lattice.step],
-            [1, 2, 32]
-        );
-        let corners = mesh.corners(0);
-        let points: Vec<DVec3> = (lattice.places())
-            .map(|place| {
-                let w = lattice.weights(place);
-                (1.0 - w.x - w.y) * corners[0] + w.x * corners[1] + w.y * corners[2]
-            })
-            .collect();
-        assert_eq!(points.len(), 65 + 33 + 1);
-        assert!(points[0].distance(corners[2]) < 1e-12 && points[64].distance(corners[0]) < 1e-12);
-        assert!(points[98].distance(corners[1]) < 1e-12);
-        // Row 1 lies half-way between the longest edge and the apex.
-        for (below, above) in (0..65).step_by(2).zip(65..98) {
-            let middle = 0.5 * (points[below] + corners[1]);
-            assert!(points[above].distance(middle) < 1e-12);
-        }
     }
 }
