@@ -107,8 +107,8 @@ pub struct Session {
 }
 
 impl Session {
-    /// Shows a document in a window. `may_draft`: not all pictures are written. `is_scripted`: a script draws the frames after drafts, with all pixels unless it asks for a frame
-    /// rate, so that equal scripts show equal pictures.
+    /// Shows a document in a window. `is_scripted`: a script draws the frames that follow drafts, with all pixels unless it asks for a
+    /// frame rate, so that equal scripts show equal pictures. `may_draft`: the first picture of a scene may be a draft.
     ///
     /// # Errors
     /// As [`nephroid::render::Renderer::new`].
@@ -129,6 +129,7 @@ impl Session {
             state.tell(Severity::Note, note);
         }
         let is_cpu = display.is_cpu();
+        let may_draft = may_draft && is_cpu;
         let context = egui::Context::default();
         // Animated panels would draw frames by themselves.
         context.all_styles_mut(|style| style.animation_time = 0.0);
@@ -146,8 +147,8 @@ impl Session {
             opened: Instant::now(),
             shown: None,
             resolution: DynamicResolution::new(is_cpu),
-            may_draft: may_draft && is_cpu,
-            wants_draft: may_draft && is_cpu,
+            may_draft,
+            wants_draft: may_draft,
             reference: None,
             last_good: (state.quality, technique, Edits::default()),
             measured: None,

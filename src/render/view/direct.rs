@@ -158,15 +158,14 @@ impl Direct {
         of_light * u64::from(scene.lights.scene_count)
     }
 
-    /// Number of rays of a texel of the direct map of the environment, of one that needs rays of its own, and of a point.
-    pub fn environment_rays() -> [u64; 3] {
-        let of_point = POINT_CELLS.max(DIRECT_CELLS / MAPPED_CELL_STEP);
-        [
-            DIRECT_CELL_GROUPS,
-            DIRECT_CELLS / DIRECT_CELLS_STEP,
-            of_point,
-        ]
-        .map(u64::from)
+    /// Number of rays of a texel of the direct map of the environment, and of one that needs rays of its own.
+    pub fn environment_rays() -> [u64; 2] {
+        [DIRECT_CELL_GROUPS, DIRECT_CELLS / DIRECT_CELLS_STEP].map(u64::from)
+    }
+
+    /// Maximum number of rays of a point to the environment.
+    pub fn point_rays() -> u64 {
+        POINT_CELLS.max(DIRECT_CELLS / MAPPED_CELL_STEP).into()
     }
 
     /// Records the irradiance from groups of environment cells without shadows.

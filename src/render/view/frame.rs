@@ -35,7 +35,7 @@ pub fn environment_light(
     direct: &Direct,
 ) -> Result<()> {
     clear(recorder, &[&direct.sharp_texels.counts])?;
-    let [first, first_sharp, _] = Direct::environment_rays().map(first_groups);
+    let [first, first_sharp] = Direct::environment_rays().map(first_groups);
     let rects = || scene.surfaces.tiles.iter().filter(|tile| tile.is_rect());
     recorder.pass("open groups", |r| {
         direct.record_open_groups(r, scene);
@@ -77,7 +77,7 @@ pub fn environment_points(
     scene: &DeviceScene,
     direct: &Direct,
 ) -> Result<()> {
-    let [_, _, first] = Direct::environment_rays().map(first_groups);
+    let first = first_groups(Direct::point_rays());
     let [unmapped, mapped] = &scene.surfaces.points.ranges;
     for (is_mapped, points) in [(false, unmapped), (true, mapped)] {
         each_range(
